@@ -1,0 +1,1 @@
+//! Models and scenes to packs.

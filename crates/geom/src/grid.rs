@@ -1,0 +1,118 @@
+//! The quantization grid of a node: 256 planes a axis, a power of two apart.
+//!
+//! A plane is `origin + q * 2^exp`. Child boxes and strip planes are bytes on the grid of the node that holds
+//! them, rounded outward, so that they cost a quarter of floats and never lose a hit.
+
+use crate::Aabb;
+use glam::Vec3;
+
+/// The grid of one node. Its planes are computed by [`NodeGrid::plane`] alone, so that the writer, which rounds
+/// outward against the very same floats, and the tracer agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeGrid {
+    /// Plane 0 of each axis.
+    pub origin: Vec3,
+    /// log2 of the spacing of each axis.
+    pub exponent: [i8; 3],
+}
+
+/// Least exponent of a spacing: 2^-126 is the least normal f32.
+const LEAST_EXPONENT: i32 = -126;
+
+impl NodeGrid {
+    /// The finest grid that covers `bounds`.
+    ///
+    /// # Panics
+    /// If `bounds` is empty or not finite.
+    pub fn covering(bounds: &Aabb) -> NodeGrid {
+        assert!(!bounds.is_empty() && bounds.min.is_finite() && bounds.max.is_finite(), "{bounds:?}");
+        let mut grid = NodeGrid { origin: bounds.min, exponent: [0; 3] };
+        for axis in 0..3 {
+            let extent = f64::from(bounds.max[axis]) - f64::from(bounds.min[axis]);
+            let mut exponent = ((extent / 255.0).log2().floor().max(f64::from(LEAST_EXPONENT))) as i32;
+            loop {
+                grid.exponent[axis] = exponent as i8;
+                if grid.plane(axis, 255) >= bounds.max[axis] {
+                    break;
+                }
+                exponent += 1;
+            }
+        }
+        grid
+    }
+
+    /// Distance between planes of each axis.
+    pub fn spacing(&self) -> Vec3 {
+        Vec3::from_array(self.exponent.map(power_of_two))
+    }
+
+    /// Position of plane `q`.
+    pub fn plane(&self, axis: usize, q: u8) -> f32 {
+        self.origin[axis] + f32::from(q) * power_of_two(self.exponent[axis])
+    }
+
+    /// The last plane at or below `x`, which must not lie below the grid.
+    pub fn round_down(&self, axis: usize, x: f32) -> u8 {
+        let guess = ((x - self.origin[axis]) / power_of_two(self.exponent[axis])).floor().clamp(0.0, 255.0);
+        let mut q = guess as u8;
+        while q > 0 && self.plane(axis, q) > x {
+            q -= 1;
+        }
+        while q < 255 && self.plane(axis, q + 1) <= x {
+            q += 1;
+        }
+        q
+    }
+
+    /// The first plane at or above `x`, which must not lie above the grid.
+    pub fn round_up(&self, axis: usize, x: f32) -> u8 {
+        let guess = ((x - self.origin[axis]) / power_of_two(self.exponent[axis])).ceil().clamp(0.0, 255.0);
+        let mut q = guess as u8;
+        while q < 255 && self.plane(axis, q) < x {
+            q += 1;
+        }
+        while q > 0 && self.plane(axis, q - 1) >= x {
+            q -= 1;
+        }
+        q
+    }
+}
+
+/// 2^`exponent` for a normal f32.
+#[inline]
+pub fn power_of_two(exponent: i8) -> f32 {
+    f32::from_bits(((i32::from(exponent) + 127).max(1) as u32) << 23)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn planes_enclose(a in prop::array::uniform3(-1e6f32..1e6), e in prop::array::uniform3(0f32..1e4), s in prop::array::uniform3(0f32..=1.0)) {
+            let min = Vec3::from_array(a);
+            let bounds = Aabb { min, max: min + Vec3::from_array(e) };
+            let grid = NodeGrid::covering(&bounds);
+            for axis in 0..3 {
+                let x = (bounds.min[axis] + s[axis] * e[axis]).min(bounds.max[axis]);
+                let (lo, hi) = (grid.round_down(axis, x), grid.round_up(axis, x));
+                prop_assert!(grid.plane(axis, lo) <= x && x <= grid.plane(axis, hi));
+                prop_assert!(hi <= lo.saturating_add(1));
+            }
+        }
+    }
+
+    #[test]
+    fn flat_and_tiny_boxes_have_a_grid() {
+        for extent in [0.0, f32::MIN_POSITIVE, 1e-30, 1e30] {
+            let bounds =
+                Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(-1.0) + Vec3::new(extent, 0.0, 1.0) };
+            let grid = NodeGrid::covering(&bounds);
+            for axis in 0..3 {
+                assert!(grid.plane(axis, 255) >= bounds.max[axis]);
+            }
+        }
+    }
+}

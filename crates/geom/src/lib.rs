@@ -1,0 +1,14 @@
+//! The words everyone shares: boxes, rays, hits, the quantization grid of a node, the one rule that turns
+//! position *i* of a strip into a triangle, and the plain-data scene description.
+//!
+//! Nothing here knows of files, pages or threads.
+
+pub mod aabb;
+pub mod grid;
+pub mod ray;
+pub mod scene;
+pub mod strip;
+
+pub use aabb::Aabb;
+pub use grid::NodeGrid;
+pub use ray::{Hit, Ray};

@@ -1,0 +1,187 @@
+//! What a scene is besides its triangles: plain data with public fields, as read from model files and as kept
+//! in a pack.
+//!
+//! Lengths are in scene units, angles in radians, colors linear RGB with the primaries of sRGB.
+
+use serde::{Deserialize, Serialize};
+
+/// Everything of a scene but its triangles, which name their geometry by its place in [`SceneDesc::geometries`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneDesc {
+    /// One entry for each part with a material of its own; a triangle's geometry id is an index into this.
+    pub geometries: Vec<Geometry>,
+    /// Materials, named by index.
+    pub materials: Vec<Material>,
+    /// Lights without a surface; emissive triangles are lights by their material.
+    pub lights: Vec<Light>,
+    /// Cameras of the file, the first one being the default.
+    pub cameras: Vec<Camera>,
+    /// What rays see that leave the scene. `None`: not stated.
+    pub sky: Option<Sky>,
+}
+
+/// A part of the scene that shares a material.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Geometry {
+    /// Name in the file, for reports; may be empty.
+    pub name: String,
+    /// Index into [`SceneDesc::materials`].
+    pub material: u32,
+}
+
+/// A surface: the metallic-roughness model of glTF 2.0 without its textures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Material {
+    /// Name in the file, for reports and overrides; may be empty.
+    pub name: String,
+    /// Albedo of a dielectric, reflectance at normal incidence of a metal.
+    pub base_color: [f32; 3],
+    /// Opacity, 0 to 1.
+    pub alpha: f32,
+    /// Emitted radiance; leaves the front face only, unless `double_sided`.
+    pub emission: [f32; 3],
+    /// 0 dielectric to 1 metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: f32,
+    /// Share of light that is transmitted and not diffused, 0 to 1.
+    pub transmission: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Emits from both faces. Reflection always happens on both.
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    /// A matte light gray.
+    fn default() -> Material {
+        Material {
+            name: String::new(),
+            base_color: [0.8; 3],
+            alpha: 1.0,
+            emission: [0.0; 3],
+            metallic: 0.0,
+            roughness: 1.0,
+            transmission: 0.0,
+            ior: 1.5,
+            double_sided: false,
+        }
+    }
+}
+
+impl Material {
+    /// True where the surface is a light.
+    pub fn is_emissive(&self) -> bool {
+        self.emission.iter().any(|&c| c > 0.0)
+    }
+}
+
+/// A light without a surface, after KHR_lights_punctual.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Light {
+    /// Name in the file; may be empty.
+    pub name: String,
+    /// Color times intensity: W/sr for point and spot lights, W/m² for directional ones.
+    pub intensity: [f32; 3],
+    /// Shape of the light.
+    pub kind: LightKind,
+}
+
+/// Shapes of [`Light`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LightKind {
+    /// Shines from a point into all directions.
+    Point {
+        /// Where it is.
+        position: [f64; 3],
+    },
+    /// Shines from a point into a cone.
+    Spot {
+        /// Where it is.
+        position: [f64; 3],
+        /// Unit vector along which it shines.
+        direction: [f32; 3],
+        /// Half angle of the cone of full intensity.
+        inner_angle: f32,
+        /// Half angle at which the light ends.
+        outer_angle: f32,
+    },
+    /// Shines from infinitely far away.
+    Directional {
+        /// Unit vector along which it shines.
+        direction: [f32; 3],
+    },
+}
+
+/// A camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Name in the file; may be empty.
+    pub name: String,
+    /// Where it is.
+    pub position: [f64; 3],
+    /// Unit vector along which it looks.
+    pub forward: [f32; 3],
+    /// Unit vector that is up in the picture; at right angles to `forward`.
+    pub up: [f32; 3],
+    /// How it projects.
+    pub projection: Projection,
+    /// Width over height that the file asks for.
+    pub aspect: Option<f32>,
+}
+
+/// How a camera projects.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Projection {
+    /// Angle of the whole picture's height.
+    Perspective {
+        /// Vertical field of view.
+        vertical_fov: f32,
+    },
+    /// Height of what the picture shows.
+    Orthographic {
+        /// In scene units.
+        height: f32,
+    },
+}
+
+/// Light from everywhere outside of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Sky {
+    /// The same radiance from every direction.
+    Constant([f32; 3]),
+    /// From `zenith` straight up (+y) over `horizon` to `ground` straight down, linear in the sine of the
+    /// elevation.
+    Gradient {
+        /// Radiance from above.
+        zenith: [f32; 3],
+        /// Radiance from the side.
+        horizon: [f32; 3],
+        /// Radiance from below.
+        ground: [f32; 3],
+    },
+}
+
+impl SceneDesc {
+    /// True where something shines: a sky, a light, or an emissive material that a geometry uses.
+    pub fn has_light(&self) -> bool {
+        self.sky.is_some()
+            || !self.lights.is_empty()
+            || self
+                .geometries
+                .iter()
+                .any(|g| self.materials.get(g.material as usize).is_some_and(Material::is_emissive))
+    }
+
+    /// Moves cameras and lights by `offset`.
+    pub fn translate(&mut self, offset: [f64; 3]) {
+        let shift = |p: &mut [f64; 3]| p.iter_mut().zip(offset).for_each(|(x, o)| *x += o);
+        self.cameras.iter_mut().for_each(|camera| shift(&mut camera.position));
+        for light in &mut self.lights {
+            match &mut light.kind {
+                LightKind::Point { position } | LightKind::Spot { position, .. } => shift(position),
+                LightKind::Directional { .. } => {}
+            }
+        }
+    }
+}

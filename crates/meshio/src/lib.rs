@@ -1,0 +1,1 @@
+//! Read OBJ, glTF, PLY and scene files as a stream of triangle batches.

@@ -1,0 +1,1 @@
+//! The pack file: bytes in, checked views out.

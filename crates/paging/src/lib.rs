@@ -1,0 +1,1 @@
+//! Which pages of a pack are in memory, and getting the others.

@@ -1,0 +1,1 @@
+//! Cameras, samplers, integrators, film and image files.

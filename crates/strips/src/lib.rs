@@ -1,0 +1,1 @@
+//! One in-core piece of mesh to a hierarchy over Ray-Strips.

@@ -1,0 +1,1 @@
+//! Closest hit and any hit over the pages of a pack.

@@ -1,0 +1,2 @@
+//! raystrips.
+fn main() {}
