@@ -18,6 +18,19 @@ pub const WINDOW_TRIANGLES: usize = 6;
 /// Vertices of a full window.
 pub const WINDOW_VERTICES: usize = WINDOW_TRIANGLES + 2;
 
+/// A split of a strip in scene units; a pack stores it on the grid of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneSplit {
+    /// 0 to 2.
+    pub axis: u8,
+    /// True where the right part of the strip is the lower one along the axis.
+    pub reversed: bool,
+    /// Greatest coordinate of the lower part.
+    pub lower_max: f32,
+    /// Least coordinate of the upper part.
+    pub upper_min: f32,
+}
+
 /// Windows of a strip of `triangle_count` triangles.
 pub fn window_count(triangle_count: usize) -> usize {
     triangle_count.div_ceil(WINDOW_TRIANGLES)
@@ -32,17 +45,30 @@ pub fn window_count(triangle_count: usize) -> usize {
 /// If `turns` has no entry for the window of triangle `i`.
 pub fn strip_triangle(turns: &[u8], i: usize) -> [usize; 3] {
     let (window, k) = (i / WINDOW_TRIANGLES, i % WINDOW_TRIANGLES);
-    let turned_before: u32 = turns[..window].iter().map(|bits| bits.count_ones()).sum();
-    let upto_k = (2u8 << k) - 1;
-    let turned = turned_before + (turns[window] & upto_k).count_ones();
-    let pivot = (!turns[window] & upto_k | 1).ilog2() as usize;
     let base = window * WINDOW_TRIANGLES;
-    let reversed = (i as u32 - turned) & 1 == 1;
-    if reversed {
-        [base + pivot, base + k + 2, base + k + 1]
+    let pivot = base + ((!turns[window] & up_to(k)) | 1).ilog2() as usize;
+    if strip_is_reversed(turns, i) {
+        [pivot, base + k + 2, base + k + 1]
     } else {
-        [base + pivot, base + k + 1, base + k + 2]
+        [pivot, base + k + 1, base + k + 2]
     }
+}
+
+/// Whether triangle `i` of a strip is wound from its pivot to vertex *i* + 2 to vertex *i* + 1.
+///
+/// # Panics
+/// If `turns` has no entry for the window of triangle `i`.
+#[inline]
+pub fn strip_is_reversed(turns: &[u8], i: usize) -> bool {
+    let (window, k) = (i / WINDOW_TRIANGLES, i % WINDOW_TRIANGLES);
+    let turned_before: u32 = turns[..window].iter().map(|bits| bits.count_ones()).sum();
+    let turned = turned_before + (turns[window] & up_to(k)).count_ones();
+    (i as u32 - turned) & 1 == 1
+}
+
+/// Bits 0 to `k`.
+fn up_to(k: usize) -> u8 {
+    (2u8 << k) - 1
 }
 
 #[cfg(test)]

@@ -1,1 +1,29 @@
 //! The pack file: bytes in, checked views out.
+//!
+//! A pack (`*.rsp`) holds a scene ready to be traced: pages of Ray-Strips under wide quantized nodes, a small
+//! hierarchy above the pages, and a manifest. `FORMAT.md` beside this crate's manifest describes every byte;
+//! `tests/format.rs` holds this code against it.
+//!
+//! Three types for the three states of a page: [`PageBuilder`] makes its bytes, [`check_page`] distrusts them
+//! once, [`PageView`] reads what was checked.
+
+#[cfg(target_endian = "big")]
+compile_error!(
+    "pages are read in place and are little-endian; a big-endian reader would have to swap them first"
+);
+
+pub mod error;
+pub mod layout;
+pub mod manifest;
+pub mod page;
+pub mod reader;
+pub mod strip_record;
+pub mod writer;
+
+pub use error::PackError;
+pub use layout::{Emitter, PageEntry, PageId, TopEntry, TopNode, WideNode};
+pub use manifest::{ByteCounts, Dropped, Manifest};
+pub use page::{PageView, builder::PageBuilder, check::check_page};
+pub use reader::Pack;
+pub use strip_record::StripView;
+pub use writer::{PackContents, PackWriter};

@@ -1,1 +1,95 @@
-//! Which pages of a pack are in memory, and getting the others.
+//! Which pages of a pack are in memory.
+//!
+//! For now all of them are: the file is mapped, and every page is checked when the pack is opened, so that
+//! tracing cannot fail. A truncation of the file while it is mapped ends the process; the writer replaces
+//! packs by renaming, never in place.
+
+mod map;
+
+use map::FileMap;
+use rayon::prelude::*;
+use raystrips_pack::{Pack, PackError, PageId, PageView, check_page};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Why a pack cannot be opened: names the file.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {source}", path.display())]
+pub struct OpenError {
+    /// The pack.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub source: PackError,
+}
+
+/// The pages of one pack.
+pub struct PageTable {
+    pack: Pack,
+    map: FileMap,
+}
+
+impl PageTable {
+    /// Maps the pack at `path` and checks all of its pages. Reads the whole file once.
+    pub fn open(path: &Path) -> Result<PageTable, OpenError> {
+        let named = |source| OpenError { path: path.to_owned(), source };
+        let table = PageTable::map(path).map_err(named)?;
+        table.check_pages().map_err(named)?;
+        Ok(table)
+    }
+
+    fn map(path: &Path) -> Result<PageTable, PackError> {
+        let mut file = File::open(path)?;
+        let pack = Pack::open(&mut file)?;
+        let map = FileMap::of(&file)?;
+        if map.bytes().len() as u64 != pack.file_bytes {
+            return Err(PackError::Corrupt("the file changes while it is read".into()));
+        }
+        Ok(PageTable { pack, map })
+    }
+
+    /// The resident part of the pack.
+    pub fn pack(&self) -> &Pack {
+        &self.pack
+    }
+
+    /// Page `id`.
+    ///
+    /// # Panics
+    /// If there is no such page.
+    #[inline]
+    pub fn page(&self, id: PageId) -> PageView<'_> {
+        PageView::new(self.page_bytes(id)).expect("pages are checked when the pack is opened")
+    }
+
+    /// Original triangle ids as stored; empty if none are kept.
+    pub fn triangle_ids(&self) -> &[u8] {
+        let (offset, bytes) = self.pack.triangle_ids();
+        &self.map.bytes()[offset as usize..(offset + bytes) as usize]
+    }
+
+    #[inline]
+    fn page_bytes(&self, id: PageId) -> &[u8] {
+        let entry = &self.pack.directory[id as usize];
+        &self.map.bytes()[entry.offset as usize..entry.offset as usize + entry.bytes as usize]
+    }
+
+    /// Checks every page, and reports the first that is damaged.
+    fn check_pages(&self) -> Result<(), PackError> {
+        let manifest = &self.pack.manifest;
+        let check = |(id, entry): (usize, &_)| {
+            let id = id as PageId;
+            let geometries = manifest.scene.geometries.len();
+            check_page(self.page_bytes(id), id, entry, geometries, manifest.depth as usize).err()
+        };
+        let first_error =
+            self.pack.directory.par_iter().enumerate().filter_map(check).min_by_key(|e| match e {
+                PackError::CorruptPage { page, .. } => *page,
+                _ => 0,
+            });
+        first_error.map_or(Ok(()), Err)?;
+        if crc32c::crc32c(self.triangle_ids()) != self.pack.triangle_ids_checksum() {
+            return Err(PackError::Corrupt("triangle ids: their checksum does not match".into()));
+        }
+        Ok(())
+    }
+}

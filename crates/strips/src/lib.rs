@@ -1,1 +1,80 @@
-//! One in-core piece of mesh to a hierarchy over Ray-Strips.
+//! One in-core piece of mesh to a hierarchy over Ray-Strips (Lauterbach, Yoon, Manocha 2007).
+//!
+//! [`build`] composes the steps, each in a file of its own: a surface area hierarchy down to *clusters*, which
+//! share at most 256 vertices ([`cluster`]); strips in each cluster ([`stripify`]); a balanced tree along each
+//! strip ([`split_tree`]); and a hierarchy over the strips of a cluster ([`bvh`]).
+//!
+//! Unlike the paper, which cuts the mesh into chunks and takes whatever strips span them, strips are found
+//! first and the hierarchy goes on down to them, so a strip is never larger than the area it saves bytes for.
+
+pub mod bvh;
+pub mod cluster;
+pub mod split_tree;
+pub mod stripify;
+
+pub use bvh::Bvh;
+pub use cluster::Cluster;
+pub use stripify::{Source, Strip};
+
+use glam::Vec3;
+use rayon::prelude::*;
+use raystrips_geom::Aabb;
+
+/// A piece of mesh. Equal positions must be one vertex for strips to run across.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Corners as vertices; no two corners of a triangle are the same.
+    pub triangles: Vec<[u32; 3]>,
+    /// Geometry of each triangle.
+    pub geometries: Vec<u32>,
+}
+
+impl Mesh {
+    /// Corners of triangle `i`.
+    pub fn corners(&self, i: usize) -> [Vec3; 3] {
+        self.triangles[i].map(|v| self.positions[v as usize])
+    }
+}
+
+/// Parameters of [`build`].
+#[derive(Clone, Copy, Debug)]
+pub struct StripParams {
+    /// Most windows of a strip; 1 makes trees along strips unnecessary.
+    pub max_windows: usize,
+}
+
+impl Default for StripParams {
+    /// Two windows: `docs/RESULTS.md`, "Length of strips".
+    fn default() -> StripParams {
+        StripParams { max_windows: 2 }
+    }
+}
+
+/// A built piece.
+#[derive(Clone, Debug)]
+pub struct StripTree {
+    /// Hierarchy whose leaves are single clusters.
+    pub tree: Bvh,
+    /// Clusters; the leaves of `tree` name them by place.
+    pub clusters: Vec<Cluster>,
+}
+
+/// Builds the hierarchy of a piece. The result does not depend on the number of threads.
+///
+/// Memory: about 150 bytes a triangle. Time: O(n log n).
+///
+/// # Panics
+/// If the mesh has no triangles or indices out of range.
+pub fn build(mesh: &Mesh, params: &StripParams) -> StripTree {
+    let bounds: Vec<Aabb> = (0..mesh.triangles.len()).map(|i| Aabb::of_points(mesh.corners(i))).collect();
+    let built = bvh::build(&bounds, &|triangles| cluster::fits(mesh, triangles));
+    let mut ranges = Vec::new();
+    let tree = built.tree.map_leaves(&mut |range| {
+        ranges.push(range);
+        ranges.len() - 1..ranges.len()
+    });
+    let clusters = ranges.par_iter().map(|r| Cluster::build(mesh, &built.order[r.clone()], params)).collect();
+    StripTree { tree, clusters }
+}

@@ -1,1 +1,26 @@
 //! Closest hit and any hit over the pages of a pack.
+//!
+//! A ray descends the nodes above the pages, then the nodes of a page, then the tree along a strip, and is
+//! tested against windows of six triangles. Two promises hold for every ray and are what makes the rest of the
+//! program simple:
+//!
+//! - **Watertight**: a ray that meets a closed mesh hits it, also at edges and vertices ([`window`]), and no box
+//!   on the way loses it ([`boxes`]).
+//! - **One answer**: the hit does not depend on the order in which triangles are met, on threads, or on the
+//!   instructions used. It is the least of (distance, place in the pack) over all triangles hit, where the
+//!   distance is never less than the entry into any box around the triangle, so that skipping what lies behind
+//!   the best hit can never skip a better one.
+
+mod batch;
+mod boxes;
+mod kernel;
+mod prepared;
+mod scene;
+mod strip;
+mod traverse;
+mod window;
+
+pub use batch::{intersect_batch, occluded_batch};
+pub use kernel::{Kernel, Tracer};
+pub use raystrips_paging::OpenError;
+pub use scene::{ResolvedHit, Scene};

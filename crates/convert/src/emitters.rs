@@ -1,0 +1,15 @@
+//! The emissive triangles of a scene, which renderers sample as lights.
+
+use raystrips_geom::scene::SceneDesc;
+use raystrips_pack::Emitter;
+use raystrips_strips::Mesh;
+
+/// Every triangle of a geometry that shines.
+pub(crate) fn emitters(scene: &SceneDesc, mesh: &Mesh) -> Vec<Emitter> {
+    let shines: Vec<bool> =
+        scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_emissive()).collect();
+    let emissive = (0..mesh.triangles.len()).filter(|&i| shines[mesh.geometries[i] as usize]);
+    let emitter =
+        |i| Emitter { corners: mesh.corners(i).map(|p| p.to_array()), geometry: mesh.geometries[i] };
+    emissive.map(emitter).collect()
+}

@@ -1,0 +1,50 @@
+//! The scene offset: what is subtracted from every position, in f64, before it becomes f32.
+//!
+//! Geographic models lie millions of units from the origin, where an f32 has steps of half a unit. Moved to
+//! the origin they keep their detail. Scenes that are not far out against their size are left alone, so that
+//! f32 input stays what it was, bit for bit.
+
+use raystrips_meshio::TriangleBatch;
+
+/// A scene is moved when its center is farther out than this many times its size: three bits of precision.
+const FAR: f64 = 8.0;
+
+/// The offset for the positions of `batches`: on each axis zero, or a multiple of a power of two near the
+/// scene's size, so that subtracting it from an f32 is exact more often than not.
+pub(crate) fn scene_offset(batches: &[TriangleBatch]) -> [f64; 3] {
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in batches.iter().flat_map(|b| &b.positions) {
+        for axis in 0..3 {
+            min[axis] = min[axis].min(p[axis]);
+            max[axis] = max[axis].max(p[axis]);
+        }
+    }
+    let size = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, f64::max);
+    [0, 1, 2].map(|axis| {
+        let center = (min[axis] + max[axis]) / 2.0;
+        if size > 0.0 && center.abs() > FAR * size {
+            let step = size.log2().ceil().exp2();
+            (center / step).round() * step
+        } else {
+            0.0
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn offset_of(positions: Vec<[f64; 3]>) -> [f64; 3] {
+        scene_offset(&[TriangleBatch { positions, ..Default::default() }])
+    }
+
+    #[test]
+    fn only_far_scenes_move() {
+        assert_eq!(offset_of(vec![[-1.0, 0.0, 3.0], [2.0, 1.0, 4.0]]), [0.0; 3]);
+        let [x, y, z] = offset_of(vec![[5e6, 4e5, 0.0], [5e6 + 100.0, 4e5 + 90.0, 20.0]]);
+        assert!((x - 5e6).abs() <= 128.0 && (y - 4e5).abs() <= 128.0 && z == 0.0, "{x} {y} {z}");
+        assert_eq!(x % 128.0, 0.0);
+        assert_eq!(offset_of(vec![[7.0; 3]]), [0.0; 3]);
+    }
+}

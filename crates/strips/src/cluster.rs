@@ -1,0 +1,133 @@
+//! Clusters: groups of triangles that share at most 256 vertices, so that a byte names one.
+
+use crate::bvh::{self, Bvh};
+use crate::stripify::{ClusterMesh, Strip, stripify};
+use crate::{Mesh, StripParams};
+use glam::Vec3;
+use raystrips_geom::Aabb;
+use std::collections::HashMap;
+
+/// Most vertices of a cluster.
+pub const MAX_VERTICES: usize = 256;
+/// Most triangles: a closed surface of 256 vertices has 508, and even triangles that share nothing but corners
+/// must keep the strips of a cluster within 15 bits of bytes.
+pub const MAX_TRIANGLES: usize = 640;
+
+/// A finished cluster.
+#[derive(Clone, Debug)]
+pub struct Cluster {
+    /// Vertices, by first use in the strips.
+    pub vertices: Vec<Vec3>,
+    /// Strips by geometry, then as the hierarchy has them.
+    pub strips: Vec<Strip>,
+    /// Hierarchy whose leaves are single strips.
+    pub tree: Bvh,
+}
+
+/// True where `triangles` can be one cluster.
+pub fn fits(mesh: &Mesh, triangles: &[u32]) -> bool {
+    triangles.len() <= MAX_TRIANGLES && {
+        let mut seen = SmallSet::default();
+        triangles.iter().flat_map(|&t| mesh.triangles[t as usize]).all(|v| seen.insert(v) <= MAX_VERTICES)
+            && {
+                let mut seen = SmallSet::default();
+                triangles.iter().all(|&t| seen.insert(mesh.geometries[t as usize]) <= MAX_VERTICES)
+            }
+    }
+}
+
+impl Cluster {
+    /// Makes strips of `triangles` and builds the hierarchy over them.
+    pub fn build(mesh: &Mesh, triangles: &[u32], params: &StripParams) -> Cluster {
+        let local = localize(mesh, triangles);
+        let strips = stripify(&local, params.max_windows);
+        let bounds: Vec<Aabb> = strips.iter().map(|s| s.bounds).collect();
+        let built = bvh::build(&bounds, &|_| false);
+        let (mut strips, place) = sorted_by_geometry(strips, &built.order);
+        let tree = built.tree.map_leaves(&mut |leaf| {
+            let i = place[leaf.start];
+            i..i + 1
+        });
+        for source in strips.iter_mut().flat_map(|s| &mut s.sources) {
+            source.triangle = triangles[source.triangle as usize];
+        }
+        let vertices = renumber_by_first_use(&mut strips, &local.positions);
+        Cluster { vertices, strips, tree }
+    }
+}
+
+/// Strips in the order of the hierarchy but grouped by geometry, and where each leaf's strip came to be.
+fn sorted_by_geometry(strips: Vec<Strip>, order: &[u32]) -> (Vec<Strip>, Vec<usize>) {
+    let mut leaves: Vec<usize> = (0..order.len()).collect();
+    leaves.sort_by_key(|&leaf| strips[order[leaf] as usize].geometry);
+    let mut place = vec![0; leaves.len()];
+    for (i, &leaf) in leaves.iter().enumerate() {
+        place[leaf] = i;
+    }
+    let mut slots: Vec<Option<Strip>> = strips.into_iter().map(Some).collect();
+    let take = |leaf: &usize| slots[order[*leaf] as usize].take().expect("an order names each strip once");
+    (leaves.iter().map(take).collect(), place)
+}
+
+/// Numbers vertices by first use in the strips, so that neighbors in a strip are neighbors in memory.
+fn renumber_by_first_use(strips: &mut [Strip], positions: &[Vec3]) -> Vec<Vec3> {
+    let mut number: Vec<Option<u8>> = vec![None; positions.len()];
+    let mut vertices = Vec::with_capacity(positions.len());
+    for r in strips.iter_mut().flat_map(|s| &mut s.refs) {
+        let old = usize::from(*r);
+        *r = *number[old].get_or_insert_with(|| {
+            vertices.push(positions[old]);
+            (vertices.len() - 1) as u8
+        });
+    }
+    vertices
+}
+
+/// The triangles of a cluster over its own vertices.
+fn localize(mesh: &Mesh, triangles: &[u32]) -> ClusterMesh {
+    let mut number = HashMap::with_capacity(MAX_VERTICES);
+    let mut positions = Vec::with_capacity(MAX_VERTICES);
+    let mut local = |v: u32| {
+        *number.entry(v).or_insert_with(|| {
+            positions.push(mesh.positions[v as usize]);
+            (positions.len() - 1) as u8
+        })
+    };
+    let local_triangles = triangles.iter().map(|&t| mesh.triangles[t as usize].map(&mut local)).collect();
+    let geometries = triangles.iter().map(|&t| mesh.geometries[t as usize]).collect();
+    ClusterMesh { positions, triangles: local_triangles, geometries }
+}
+
+/// A set of up to [`MAX_VERTICES`] + 1 numbers: open addressing in a fixed table, for a test that runs for every
+/// group of triangles near the size of a cluster.
+struct SmallSet {
+    table: [u32; Self::SLOTS],
+    len: usize,
+}
+
+impl SmallSet {
+    const SLOTS: usize = 1024;
+    /// No mesh piece has so many vertices.
+    const FREE: u32 = u32::MAX;
+
+    /// Adds `value` and gives the number of values.
+    #[inline]
+    fn insert(&mut self, value: u32) -> usize {
+        let mut slot = (value.wrapping_mul(0x9E37_79B1) >> 22) as usize;
+        while self.table[slot] != value {
+            if self.table[slot] == Self::FREE {
+                self.table[slot] = value;
+                self.len += 1;
+                break;
+            }
+            slot = (slot + 1) % Self::SLOTS;
+        }
+        self.len
+    }
+}
+
+impl Default for SmallSet {
+    fn default() -> SmallSet {
+        SmallSet { table: [Self::FREE; Self::SLOTS], len: 0 }
+    }
+}

@@ -1,0 +1,54 @@
+//! What all tests of one ray share, computed once.
+
+use glam::Vec3;
+use raystrips_geom::Ray;
+
+/// A direction component is taken for at least this share of the largest when it is inverted for box tests. Over
+/// any distance it moves the ray by less than the slack of those tests, and keeps everything finite.
+const LEAST_SHARE: f32 = 1e-12;
+
+/// A ray ready for tests.
+pub(crate) struct PreparedRay {
+    pub org: Vec3,
+    pub tnear: f32,
+    pub tfar: f32,
+    /// Inverse direction for box tests.
+    pub inv_dir: [f32; 3],
+    /// The axis along which the ray runs fastest, and the two others.
+    pub kz: usize,
+    pub kx: usize,
+    pub ky: usize,
+    /// Shear that turns the ray into the z axis (Woop, Benthin, Wald 2013).
+    pub shear_x: f32,
+    pub shear_y: f32,
+    pub scale_z: f32,
+}
+
+impl PreparedRay {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> PreparedRay {
+        let size = ray.dir.abs();
+        let kz = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
+        let least = size[kz] * LEAST_SHARE;
+        let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
+        PreparedRay {
+            org: ray.org,
+            tnear: ray.tnear,
+            tfar: ray.tfar,
+            inv_dir: [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)],
+            kz,
+            kx,
+            ky,
+            shear_x: ray.dir[kx] / ray.dir[kz],
+            shear_y: ray.dir[ky] / ray.dir[kz],
+            scale_z: 1.0 / ray.dir[kz],
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! A pack that is ready to be traced.
+
+use glam::Vec3;
+use raystrips_geom::scene::SceneDesc;
+use raystrips_geom::{Aabb, Hit};
+use raystrips_pack::{Emitter, Manifest, PageId, PageView, TopEntry, TopNode};
+use raystrips_paging::{OpenError, PageTable};
+use std::path::Path;
+
+/// A pack that is ready to be traced. Shared by all threads.
+pub struct Scene {
+    pages: PageTable,
+}
+
+/// What was hit, in the words of the input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResolvedHit {
+    /// Geometry: index into [`SceneDesc::geometries`].
+    pub geometry: u32,
+    /// Number of the triangle in the input if the pack keeps ids, else in the pack.
+    pub triangle: u64,
+    /// Corners, wound as in the input; if the pack keeps ids, also beginning with the input's first.
+    pub corners: [Vec3; 3],
+    /// Weight of the second corner.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+}
+
+/// Where a triangle is: page, cluster, strip, triangle of the strip, from high to low bits. Ascends with the
+/// triangle's number in the pack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Locator(pub u64);
+
+impl Locator {
+    #[inline(always)]
+    pub fn page(page: PageId) -> Locator {
+        Locator(u64::from(page) << 32)
+    }
+
+    #[inline(always)]
+    pub fn with_strip(self, cluster: u8, offset: u16) -> Locator {
+        Locator(self.0 & !0xFFFF_FFFF | u64::from(cluster) << 24 | u64::from(offset) << 8)
+    }
+
+    #[inline(always)]
+    pub fn with_triangle(self, triangle: usize) -> Locator {
+        Locator(self.0 & !0xFF | triangle as u64)
+    }
+
+    fn parts(self) -> (PageId, usize, usize, usize) {
+        let part = |shift: u32, mask: u64| (self.0 >> shift & mask) as usize;
+        (part(32, 0xFFFF_FFFF) as PageId, part(24, 0xFF), part(8, 0xFFFF), part(0, 0xFF))
+    }
+}
+
+impl Scene {
+    /// Opens the pack at `path` and checks all of it.
+    pub fn open(path: &Path) -> Result<Scene, OpenError> {
+        Ok(Scene { pages: PageTable::open(path)? })
+    }
+
+    /// Numbers and names of the pack.
+    pub fn manifest(&self) -> &Manifest {
+        &self.pages.pack().manifest
+    }
+
+    /// Materials, geometries, lights and cameras; positions are those of the pack.
+    pub fn description(&self) -> &SceneDesc {
+        &self.manifest().scene
+    }
+
+    /// Box around all triangles.
+    pub fn bounds(&self) -> Aabb {
+        let manifest = self.manifest();
+        Aabb { min: Vec3::from_array(manifest.bounds_min), max: Vec3::from_array(manifest.bounds_max) }
+    }
+
+    /// Emissive triangles.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.pages.pack().emitters
+    }
+
+    /// What a hit of this scene is.
+    ///
+    /// # Panics
+    /// If `hit` is a miss or of another scene.
+    pub fn resolve(&self, hit: &Hit) -> ResolvedHit {
+        let (page, cluster, offset, triangle) = Locator(hit.prim_id).parts();
+        let cluster = self.pages.page(page).cluster(cluster);
+        let index = cluster.triangle_index(offset, triangle);
+        let vertices = cluster.vertices();
+        let corners = cluster.strip(offset).triangle(triangle).map(|v| vertices[usize::from(v)]);
+        let number = cluster.first_triangle() + index as u64;
+        let here =
+            ResolvedHit { geometry: cluster.geometry(index), triangle: number, corners, u: hit.u, v: hit.v };
+        match self.original_id(number) {
+            Some((id, first_corner)) => ResolvedHit { triangle: id, ..rotate(here, first_corner) },
+            None => here,
+        }
+    }
+
+    /// Every triangle of the pack, in its order: geometry and corners.
+    pub fn triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> {
+        let pages = (0..self.pages.pack().directory.len()).map(|id| self.pages.page(id as PageId));
+        pages.flat_map(|page| (0..page.cluster_count()).map(move |c| page.cluster(c))).flat_map(|cluster| {
+            let triangles =
+                cluster.strips().flat_map(|(_, s)| (0..s.triangle_count()).map(move |i| s.triangle(i)));
+            triangles.enumerate().map(move |(i, corners)| {
+                (cluster.geometry(i), corners.map(|v| cluster.vertices()[usize::from(v)]))
+            })
+        })
+    }
+
+    /// Id in the input of triangle `number` of the pack, and which corner of the input's triangle is first here.
+    fn original_id(&self, number: u64) -> Option<(u64, u8)> {
+        let width = usize::from(self.manifest().id_bytes);
+        let bytes = self.pages.triangle_ids().chunks_exact(width.max(1)).nth(number as usize)?;
+        let mut id = [0; 8];
+        id[..width].copy_from_slice(bytes);
+        let id = u64::from_le_bytes(id);
+        Some((id >> 2, (id & 3) as u8))
+    }
+
+    #[inline(always)]
+    pub(crate) fn top_nodes(&self) -> &[TopNode] {
+        &self.pages.pack().top_nodes
+    }
+
+    #[inline(always)]
+    pub(crate) fn top_entry(&self, i: u32) -> TopEntry {
+        self.pages.pack().top_entries[i as usize]
+    }
+
+    #[inline(always)]
+    pub(crate) fn page(&self, id: PageId) -> PageView<'_> {
+        self.pages.page(id)
+    }
+
+    pub(crate) fn depth(&self) -> usize {
+        self.manifest().depth as usize
+    }
+}
+
+/// The same hit told by the input's corners, of which number `first_corner` is first in `hit`.
+fn rotate(hit: ResolvedHit, first_corner: u8) -> ResolvedHit {
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    // Corner k of the input is corner (k - first_corner) mod 3 here.
+    let here = |k: usize| (k + 3 - usize::from(first_corner)) % 3;
+    ResolvedHit {
+        corners: [0, 1, 2].map(|k| hit.corners[here(k)]),
+        u: weights[here(1)],
+        v: weights[here(2)],
+        ..hit
+    }
+}

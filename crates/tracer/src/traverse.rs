@@ -1,0 +1,170 @@
+//! A ray down the nodes: those above the pages, then those of each page it enters.
+
+use crate::boxes::{BoxHits, RayGrid, test_boxes};
+use crate::prepared::PreparedRay;
+use crate::scene::{Locator, Scene};
+use crate::strip::{StripHits, test_strip};
+use crate::window::WindowHit;
+use raystrips_geom::strip::strip_is_reversed;
+use raystrips_geom::{Hit, Ray};
+use raystrips_pack::layout::{TopNode, WIDTH, WideNode};
+use raystrips_pack::{PageView, StripView};
+
+/// A subtree that waits, and where the ray is inside its box.
+#[derive(Clone, Copy, Debug)]
+struct Waiting<Child> {
+    tnear: f32,
+    tfar: f32,
+    /// Node that holds `child`.
+    node: Child,
+    child: Child,
+}
+
+/// The memory of a traversal, kept from ray to ray.
+#[derive(Debug, Default)]
+pub(crate) struct Stacks {
+    top: Vec<Waiting<u32>>,
+    page: Vec<Waiting<u16>>,
+}
+
+impl Stacks {
+    /// Stacks that never grow in `scene`.
+    pub fn for_scene(scene: &Scene) -> Stacks {
+        let most = scene.depth() * (WIDTH - 1) + 1;
+        Stacks { top: Vec::with_capacity(most), page: Vec::with_capacity(most) }
+    }
+}
+
+/// The best hit so far. With `ANY`, the first one ends the search.
+struct Best<const ANY: bool> {
+    hit: Hit,
+    locator: Locator,
+}
+
+impl<const ANY: bool> Best<ANY> {
+    fn done(&self) -> bool {
+        ANY && self.hit.is_hit()
+    }
+}
+
+impl<const ANY: bool> StripHits for Best<ANY> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.hit.t
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, strip: &StripView, found: WindowHit, entry: f32) {
+        // Not before the entry into any box around it: see the crate's second promise.
+        let t = if found.t < entry { entry } else { found.t };
+        let prim_id = self.locator.with_triangle(found.triangle).0;
+        if t < self.hit.t || (t == self.hit.t && prim_id < self.hit.prim_id) {
+            let (u, v) = if strip_is_reversed(strip.turns(), found.triangle) {
+                (found.v, found.u)
+            } else {
+                (found.u, found.v)
+            };
+            self.hit = Hit { t, u, v, prim_id };
+        }
+    }
+}
+
+/// The nearest hit of `ray`; with `ANY`, some hit.
+#[inline(always)]
+pub(crate) fn trace<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
+    let prepared = PreparedRay::new(ray);
+    let mut best = Best::<ANY> { hit: Hit { t: ray.tfar, ..Hit::MISS }, locator: Locator(0) };
+    let nodes = scene.top_nodes();
+    stacks.top.clear();
+    stacks.top.push(Waiting { tnear: ray.tnear, tfar: ray.tfar, node: 0, child: 0 });
+    while let Some(here) = stacks.top.pop() {
+        if here.tnear > best.hit.t {
+            continue;
+        }
+        if here.child & TopNode::ENTRY == 0 {
+            let node = &nodes[here.child as usize];
+            let hits = test_boxes(&node.boxes, &prepared, here.tnear, best.hit.t);
+            push_children(&mut stacks.top, hits, here.child, &node.child, TopNode::EMPTY);
+        } else {
+            let entry = scene.top_entry(here.child & !TopNode::ENTRY);
+            best.locator = Locator::page(entry.page);
+            trace_page(
+                &scene.page(entry.page),
+                entry.node as u16,
+                here.tnear,
+                &prepared,
+                &mut stacks.page,
+                &mut best,
+            );
+            if best.done() {
+                break;
+            }
+        }
+    }
+    if best.hit.is_hit() { best.hit } else { Hit::MISS }
+}
+
+/// Traces through the subtree at `root` of a page.
+#[inline(always)]
+fn trace_page<const ANY: bool>(
+    page: &PageView,
+    root: u16,
+    entry: f32,
+    ray: &PreparedRay,
+    stack: &mut Vec<Waiting<u16>>,
+    best: &mut Best<ANY>,
+) {
+    let nodes = page.nodes();
+    stack.clear();
+    stack.push(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
+    while let Some(here) = stack.pop() {
+        if here.tnear > best.hit.t {
+            continue;
+        }
+        if here.child & WideNode::LEAF == 0 {
+            let node = &nodes[usize::from(here.child)];
+            let hits = test_boxes(&node.boxes, ray, here.tnear, best.hit.t);
+            push_children(stack, hits, here.child, &node.child, WideNode::EMPTY);
+        } else {
+            let boxes = &nodes[usize::from(here.node)].boxes;
+            let cluster = page.cluster(usize::from(boxes.cluster));
+            let offset = here.child & !WideNode::LEAF;
+            let strip = cluster.strip(usize::from(offset));
+            best.locator = best.locator.with_strip(boxes.cluster, offset);
+            let range = (here.tnear, here.tfar);
+            test_strip(ray, || RayGrid::new(boxes, ray), &strip, cluster.vertices(), range, best);
+            if best.done() {
+                return;
+            }
+        }
+    }
+}
+
+/// Puts the children that were hit on the stack, the nearest last.
+#[inline(always)]
+fn push_children<Child: Copy + PartialEq>(
+    stack: &mut Vec<Waiting<Child>>,
+    hits: BoxHits,
+    node: Child,
+    children: &[Child; WIDTH],
+    empty: Child,
+) {
+    let first = stack.len();
+    let mut mask = hits.mask;
+    while mask != 0 {
+        let i = mask.trailing_zeros() as usize;
+        mask &= mask - 1;
+        // The inverted boxes of unused places can be met where the slack is larger than the node.
+        if children[i] == empty {
+            break;
+        }
+        let new = Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
+        stack.push(new);
+        let mut place = stack.len() - 1;
+        while place > first && stack[place - 1].tnear < new.tnear {
+            stack[place] = stack[place - 1];
+            place -= 1;
+        }
+        stack[place] = new;
+    }
+}

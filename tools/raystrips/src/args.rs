@@ -1,0 +1,235 @@
+//! The flags, as typed.
+
+use crate::units::parse_size;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Ray traces triangle meshes far larger than memory, at full detail.
+///
+/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 11 bytes a
+/// triangle, which are then rendered or queried.
+#[derive(Parser, Debug)]
+#[command(name = "raystrips", version, max_term_width = 100)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The verbs.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Convert models or a scene to a pack.
+    Convert(ConvertArgs),
+    /// Render a picture of a pack, a model or a scene.
+    Render(RenderArgs),
+    /// Trace a file of rays through a pack.
+    Trace(TraceArgs),
+    /// Tell what is in a pack.
+    Info(InfoArgs),
+    /// Read all of a pack and check it.
+    ///
+    /// Exits with status 1 and names the page where it is damaged.
+    Verify(VerifyArgs),
+}
+
+/// How a conversion is done.
+#[derive(Args, Debug, Clone)]
+pub struct ConvertOptions {
+    /// Bytes of a page, the unit of reading: 4K to 1M.
+    #[arg(long, value_name = "SIZE", default_value = "64K", value_parser = parse_page_size)]
+    pub page_size: u32,
+
+    /// Keep the number that each triangle has in the input (4 or 8 bytes a triangle), so that `trace` can tell
+    /// it.
+    #[arg(long)]
+    pub keep_ids: bool,
+
+    /// Longest strip in windows of six triangles, 1 to 42.
+    ///
+    /// Longer strips make a smaller pack and slower rays.
+    #[arg(long, value_name = "WINDOWS", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=42))]
+    pub strip_windows: u8,
+
+    /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
+    #[arg(long)]
+    pub drop_out_of_range: bool,
+}
+
+/// Flags of `convert`.
+#[derive(Args, Debug)]
+pub struct ConvertArgs {
+    /// Models (.obj, .gltf, .glb, .ply), all placed at the origin, or one scene (.toml).
+    #[arg(required = true)]
+    pub inputs: Vec<PathBuf>,
+
+    /// The pack to write.
+    #[arg(short, long, value_name = "OUT.rsp")]
+    pub output: PathBuf,
+
+    /// How to convert.
+    #[command(flatten)]
+    pub options: ConvertOptions,
+
+    /// Threads; 0 takes all processors.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+
+    /// Print one JSON object about the pack.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How light is computed.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorName {
+    /// Path tracing: light from lamps, emissive surfaces and the sky, with all its bounces.
+    Path,
+    /// Ambient occlusion: how open each place is.
+    Ao,
+    /// Direction of the surface as a color.
+    Normal,
+}
+
+/// Flags of `render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// A pack (.rsp), or a model or scene that is converted first and kept in a cache folder.
+    pub input: PathBuf,
+
+    /// The picture to write: .exr (linear, with albedo, normal and depth) or .png.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// How light is computed.
+    #[arg(long, value_enum, default_value = "path")]
+    pub integrator: IntegratorName,
+
+    /// Samples a pixel.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub spp: u32,
+
+    /// Width and height of the picture.
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_picture_size)]
+    pub size: (u32, u32),
+
+    /// A camera of the file by name or number (0 is the first), or
+    /// "px,py,pz,tx,ty,tz[,fov]": position, target and vertical field of view in degrees.
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true)]
+    pub camera: Option<String>,
+
+    /// Bounces of a path.
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    pub bounces: u32,
+
+    /// Exposure of a PNG: each step doubles the light.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+
+    /// Another number gives other noise; the same one always the same picture, bit for bit.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Threads; 0 takes all processors.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+
+    /// Write counts and times as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
+    /// Where packs of models are kept [default: raystrips in the user's cache folder].
+    #[arg(long, value_name = "FOLDER")]
+    pub cache: Option<PathBuf>,
+
+    /// How to convert, if INPUT is not a pack.
+    #[command(flatten)]
+    pub convert: ConvertOptions,
+}
+
+/// Flags of `trace`.
+#[derive(Args, Debug)]
+pub struct TraceArgs {
+    /// The pack.
+    pub pack: PathBuf,
+
+    /// Rays: little-endian f32 x 8 each: origin, tnear, direction, tfar.
+    #[arg(long, value_name = "RAYS")]
+    pub rays: PathBuf,
+
+    /// Hits, 24 bytes a ray: f32 t (infinity: no hit), u, v; u32 geometry; u64 triangle. With --occluded one byte
+    /// a ray.
+    #[arg(short, long, value_name = "HITS")]
+    pub output: Option<PathBuf>,
+
+    /// Only tell whether something is on each ray.
+    #[arg(long)]
+    pub occluded: bool,
+
+    /// Threads.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
+
+    /// Trace so many times and report the best.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
+
+    /// Instructions to use: portable, or avx2 where the processor has it [default: the fastest].
+    #[arg(long, value_name = "KERNEL")]
+    pub kernel: Option<String>,
+
+    /// Print one JSON object about the run.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Flags of `info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The pack.
+    pub pack: PathBuf,
+
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Flags of `verify`.
+#[derive(Args, Debug)]
+pub struct VerifyArgs {
+    /// The pack.
+    pub pack: PathBuf,
+}
+
+fn parse_page_size(text: &str) -> Result<u32, String> {
+    match parse_size(text)? {
+        size @ 4096..=1_048_576 => Ok(size as u32),
+        _ => Err("a page has 4K to 1M bytes".into()),
+    }
+}
+
+fn parse_picture_size(text: &str) -> Result<(u32, u32), String> {
+    let wrong = || format!("'{text}' is not WIDTHxHEIGHT in pixels, each 1 to 65536");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=65536).contains(n)).ok_or_else(wrong);
+    Ok((side(width)?, side(height)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn flags_are_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(parse_picture_size("640x480"), Ok((640, 480)));
+        assert!(parse_picture_size("0x480").is_err());
+        assert_eq!(parse_page_size("64K"), Ok(65536));
+        assert!(parse_page_size("2M").is_err());
+    }
+}

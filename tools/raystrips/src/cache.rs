@@ -1,0 +1,77 @@
+//! Packs of models that `render` was given, kept so that the next picture need not convert again.
+//!
+//! A pack is named by a hash of the model's full path and of what decides on its bytes; beside it lies a list
+//! of the files that were read with their lengths and times. It is used again while all of them are unchanged.
+
+use crate::args::ConvertOptions;
+use crate::commands::convert::convert_with;
+use crate::files::write_whole;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+/// A file as it was when it was read.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Source {
+    path: PathBuf,
+    bytes: u64,
+    modified_nanos: u128,
+}
+
+/// The pack of `model`, converted now unless the one in the cache is still good.
+pub fn pack_of(
+    model: &Path,
+    cache: Option<&Path>,
+    options: &ConvertOptions,
+    threads: usize,
+) -> Result<PathBuf> {
+    let folder = match cache {
+        Some(folder) => folder.to_owned(),
+        None => default_folder().context("no cache folder is known; name one with --cache")?,
+    };
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let model = model.canonicalize().with_context(|| model.display().to_string())?;
+    let name = format!("{:016x}", key(&model, options));
+    let pack = folder.join(format!("{name}.rsp"));
+    let list = folder.join(format!("{name}.json"));
+    if !is_fresh(&pack, &list) {
+        let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
+        let sources = report.files.iter().map(|path| source(path)).collect::<Result<Vec<Source>>>()?;
+        write_whole(&list, &serde_json::to_vec_pretty(&sources)?)?;
+    }
+    Ok(pack)
+}
+
+fn default_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let caches =
+        set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache"))).or_else(|| set("LOCALAPPDATA"));
+    Some(caches?.join("raystrips"))
+}
+
+fn key(model: &Path, options: &ConvertOptions) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (model, raystrips_pack::layout::FORMAT_VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
+    (options.page_size, options.keep_ids, options.strip_windows, options.drop_out_of_range).hash(&mut hasher);
+    hasher.finish()
+}
+
+fn is_fresh(pack: &Path, list: &Path) -> bool {
+    let recorded = || -> Option<Vec<Source>> { serde_json::from_slice(&std::fs::read(list).ok()?).ok() };
+    pack.is_file()
+        && recorded().is_some_and(|all| {
+            !all.is_empty() && all.iter().all(|s| source(&s.path).is_ok_and(|now| now == *s))
+        })
+}
+
+fn source(path: &Path) -> Result<Source> {
+    let metadata = path.metadata().with_context(|| path.display().to_string())?;
+    let modified = metadata.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
+    Ok(Source {
+        path: path.to_owned(),
+        bytes: metadata.len(),
+        modified_nanos: modified.map_or(0, |d| d.as_nanos()),
+    })
+}

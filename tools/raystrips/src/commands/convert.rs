@@ -1,0 +1,79 @@
+//! `raystrips convert`.
+
+use super::{info::describe, print_json};
+use crate::args::{ConvertArgs, ConvertOptions};
+use crate::progress::ConvertProgress;
+use crate::units::{bytes, grouped};
+use crate::{interrupt, process};
+use anyhow::{Context, Result};
+use raystrips_convert::{ConvertParams, ConvertReport, ImportOptions, StripParams, convert};
+use serde_json::json;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Converts models or a scene to a pack.
+pub fn run(args: &ConvertArgs) -> Result<()> {
+    interrupt::watch()?;
+    let report = convert_with(&args.inputs, &args.output, &args.options, args.threads)?;
+    if args.json {
+        let mut value = describe(&report.manifest, report.file_bytes);
+        value["seconds"] = seconds(&report);
+        value["peak_rss_bytes"] = process::peak_rss_bytes().into();
+        return print_json(&value);
+    }
+    let triangles = report.manifest.triangles;
+    let total: f64 = report.seconds.iter().map(|(_, s)| s).sum();
+    writeln!(
+        std::io::stdout(),
+        "{}: {} triangles, {}, {:.2} bytes a triangle; {:.1} s, {} triangles/s",
+        args.output.display(),
+        grouped(triangles),
+        bytes(report.file_bytes),
+        report.manifest.bytes_per_triangle(),
+        total,
+        grouped((triangles as f64 / total.max(1e-9)) as u64),
+    )?;
+    Ok(())
+}
+
+/// Converts with progress, and tells warnings and repairs on standard error.
+pub fn convert_with(
+    inputs: &[PathBuf],
+    output: &Path,
+    options: &ConvertOptions,
+    threads: usize,
+) -> Result<ConvertReport> {
+    let params = ConvertParams {
+        page_size: options.page_size,
+        strips: StripParams { max_windows: usize::from(options.strip_windows) },
+        keep_ids: options.keep_ids,
+        import: ImportOptions { drop_out_of_range: options.drop_out_of_range },
+    };
+    let progress = ConvertProgress::new();
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
+    let result = pool.install(|| convert(inputs, output, &params, &progress));
+    progress.finish();
+    let report = result?;
+    for warning in &report.warnings {
+        eprintln!("raystrips: warning: {warning}");
+    }
+    let dropped = &report.manifest.dropped;
+    if *dropped != Default::default() {
+        eprintln!(
+            "raystrips: left out triangles: {} without area, {} not finite, {} out of range",
+            grouped(dropped.degenerate),
+            grouped(dropped.non_finite),
+            grouped(dropped.out_of_range)
+        );
+    }
+    Ok(report)
+}
+
+fn seconds(report: &ConvertReport) -> serde_json::Value {
+    let mut value = json!({"total": report.seconds.iter().map(|(_, s)| s).sum::<f64>()});
+    for (stage, seconds) in &report.seconds {
+        value[stage.name()] = (*seconds).into();
+    }
+    value
+}
