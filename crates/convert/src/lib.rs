@@ -91,6 +91,8 @@ pub struct ConvertReport {
     pub seconds: Vec<(Stage, f64)>,
     /// Things worth knowing about the input, a line each.
     pub warnings: Vec<String>,
+    /// Every file that was read.
+    pub files: Vec<PathBuf>,
 }
 
 /// Why there is no pack. Messages name the file.
@@ -176,7 +178,7 @@ pub fn convert(
     if import.report.warnings_left_out > 0 {
         warnings.push(format!("{} more warnings", import.report.warnings_left_out));
     }
-    Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings })
+    Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files: import.report.files })
 }
 
 fn write(

@@ -1,1 +1,103 @@
-//! Read OBJ, glTF, PLY and scene files as a stream of triangle batches.
+//! Reads OBJ, glTF 2.0, PLY and [scene files](scene_file) as a stream of self-contained triangle batches, and
+//! what else makes up the scene as a [`SceneDesc`].
+//!
+//! Input is hostile until checked: no number from a file sizes an allocation or a loop before it has been compared
+//! with the bytes that are there, and nothing panics. Files only lead to other files in their own folder or below.
+//!
+//! Triangles are numbered in reading order over all inputs, polygons counting as the triangles they are cut into;
+//! triangles that are dropped keep their number. Memory does not grow with the number of triangles. PLY and glTF
+//! positions stay in the mapped file; OBJ and ASCII PLY keep 24 bytes a vertex.
+
+mod emit;
+mod error;
+mod gltf;
+mod import;
+mod map;
+mod number;
+mod obj;
+mod ply;
+mod polygon;
+mod reference;
+pub mod scene_file;
+#[cfg(test)]
+mod testing;
+
+pub use error::{ImportError, Place};
+pub use import::import;
+
+use raystrips_geom::scene::SceneDesc;
+use std::io;
+use std::path::PathBuf;
+
+/// Triangles that share a geometry; at most 65,536 of them, and at most 131,072 positions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleBatch {
+    /// Index into [`SceneDesc::geometries`].
+    pub geometry: u32,
+    /// World space, finite, no coordinate beyond ±1e18. A vertex of the file appears once.
+    pub positions: Vec<[f64; 3]>,
+    /// Indices into `positions`, all in range. Counterclockwise as seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Number of the first triangle in reading order over all inputs; the others follow without gaps.
+    pub first_triangle_id: u64,
+}
+
+/// How far an import has come, in bytes of its model files, not counting the files that those name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Read so far.
+    pub bytes_done: u64,
+    /// To be read in all.
+    pub bytes_total: u64,
+}
+
+/// Takes what an import reads.
+pub trait TriangleSink {
+    /// Takes the next batch; never an empty one. An error ends the import with [`ImportError::Sink`].
+    fn batch(&mut self, batch: TriangleBatch) -> io::Result<()>;
+
+    /// Called every now and then.
+    fn progress(&mut self, _progress: Progress) {}
+}
+
+/// What to do where files leave a choice.
+#[derive(Clone, Debug, Default)]
+pub struct ImportOptions {
+    /// Drop and count triangles that name vertices that do not exist, where otherwise the import fails.
+    pub drop_out_of_range: bool,
+}
+
+/// A finished import.
+#[derive(Clone, Debug, Default)]
+pub struct Import {
+    /// All but the triangles.
+    pub scene: SceneDesc,
+    /// What happened on the way.
+    pub report: ImportReport,
+}
+
+/// What an import did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImportReport {
+    /// Triangles sent to the sink.
+    pub triangles: u64,
+    /// Triangles read but not sent.
+    pub dropped: Dropped,
+    /// Every file that was read.
+    pub files: Vec<PathBuf>,
+    /// The first twenty things worth knowing, a line each that names the file.
+    pub warnings: Vec<String>,
+    /// How many more warnings there were.
+    pub warnings_left_out: u64,
+}
+
+/// Triangles read but not sent to the sink. Triangles without area are sent: whoever welds positions finds them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// With a position that is infinite or not a number.
+    pub non_finite: u64,
+    /// With a position beyond ±1e18, or, if [`ImportOptions::drop_out_of_range`], an index of no vertex.
+    pub out_of_range: u64,
+}
+
+pub(crate) type Result<T> = std::result::Result<T, ImportError>;

@@ -1,1 +1,36 @@
-//! Cameras, samplers, integrators, film and image files.
+//! Cameras, lights, samplers, integrators, film and image files.
+//!
+//! [`render`] makes a picture of a [`World`]; [`write_image`] puts it into a file. Rendering runs in waves:
+//! rays are generated, traced and shaded in separate steps over arrays, and every random number and every sum
+//! is independent of the order of rays, so the picture is bit-identical for any thread count and ordering.
+
+mod camera;
+mod color;
+mod film;
+mod image;
+mod integrator;
+mod interaction;
+mod lights;
+mod material;
+mod offset;
+mod params;
+mod render;
+mod sampler;
+mod sampling;
+mod sky;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+mod traced;
+mod wave;
+mod world;
+
+pub use camera::frame_bounds;
+pub use film::{Film, MAX_CONTRIBUTION};
+pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
+pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
+pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, render};
+pub use sampler::sample;
+pub use traced::TracedWorld;
+pub use world::{Emitter, Surface, World};

@@ -7,8 +7,9 @@
 //! widens by the error of the division alone.
 
 use crate::prepared::PreparedRay;
+use crate::simd::{LANES, Simd};
 use raystrips_geom::grid::power_of_two;
-use raystrips_pack::layout::{ChildBoxes, WIDTH};
+use raystrips_pack::layout::ChildBoxes;
 
 /// Relative widening of boxes: 16 units in the last place. The sum of all roundings in a box test and in the
 /// transformation of a vertex is below 10.
@@ -17,15 +18,15 @@ const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Where a ray is inside each box.
 pub(crate) struct BoxHits {
     /// Entry; never before the entry into the node.
-    pub tnear: [f32; WIDTH],
+    pub tnear: [f32; LANES],
     /// Exit.
-    pub tfar: [f32; WIDTH],
-    /// Bit *i*: box *i* is met before `limit`.
-    pub mask: u8,
+    pub tfar: [f32; LANES],
+    /// Bit *i*: box *i* is met before the limit.
+    pub mask: u32,
 }
 
-/// The grid of a node as the ray sees it: distance of plane `q` along axis *i* is `q * step[i] + start[i]`,
-/// right within `slack[i]`.
+/// The grid of a node as the ray sees it: the distance of plane `q` along axis *i* is
+/// `q * step[i] + start[i]`, right within `slack[i]`.
 pub(crate) struct RayGrid {
     pub step: [f32; 3],
     pub start: [f32; 3],
@@ -49,38 +50,37 @@ impl RayGrid {
 
 /// Tests the boxes of a node that the ray enters at `entry`, against hits up to `limit`.
 #[inline(always)]
-pub(crate) fn test_boxes(boxes: &ChildBoxes, ray: &PreparedRay, entry: f32, limit: f32) -> BoxHits {
+pub(crate) fn test_boxes<S: Simd>(
+    s: S,
+    boxes: &ChildBoxes,
+    ray: &PreparedRay,
+    entry: f32,
+    limit: f32,
+) -> BoxHits {
     let grid = RayGrid::new(boxes, ray);
-    let mut tnear = [entry; WIDTH];
-    let mut tfar = [ray.tfar; WIDTH];
+    let mut tnear = s.splat(entry);
+    let mut tfar = s.splat(ray.tfar);
     for axis in 0..3 {
-        let forward = ray.inv_dir[axis] >= 0.0;
-        let (near, far) =
-            if forward { (&boxes.lo[axis], &boxes.hi[axis]) } else { (&boxes.hi[axis], &boxes.lo[axis]) };
-        let step = grid.step[axis];
-        let (start_near, start_far) =
-            (grid.start[axis] - grid.slack[axis], grid.start[axis] + grid.slack[axis]);
-        for i in 0..WIDTH {
-            tnear[i] = max(f32::from(near[i]) * step + start_near, tnear[i]);
-        }
-        for i in 0..WIDTH {
-            tfar[i] = min(f32::from(far[i]) * step + start_far, tfar[i]);
-        }
+        let (lo, hi) = (&boxes.lo[axis], &boxes.hi[axis]);
+        let (near, far) = if ray.forward[axis] { (lo, hi) } else { (hi, lo) };
+        let step = s.splat(grid.step[axis]);
+        let start_near = s.splat(grid.start[axis] - grid.slack[axis]);
+        let start_far = s.splat(grid.start[axis] + grid.slack[axis]);
+        // The new distance comes first: one that is NaN is passed over.
+        tnear = s.max(s.add(s.mul(s.convert(near), step), start_near), tnear);
+        tfar = s.min(s.add(s.mul(s.convert(far), step), start_far), tfar);
     }
-    let mut mask = 0u8;
-    for i in 0..WIDTH {
-        mask |= u8::from(tnear[i] <= min(tfar[i], limit)) << i;
-    }
-    BoxHits { tnear, tfar, mask }
+    let mask = s.le(tnear, s.min(tfar, s.splat(limit)));
+    BoxHits { tnear: s.store(tnear), tfar: s.store(tfar), mask }
 }
 
-/// `b` where `a` is NaN: one instruction, unlike [`f32::max`].
+/// a if a > b, else b: one instruction, unlike [`f32::max`].
 #[inline(always)]
 pub(crate) fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// `b` where `a` is NaN.
+/// a if a < b, else b.
 #[inline(always)]
 pub(crate) fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }

@@ -3,6 +3,9 @@
 #![allow(unsafe_code)]
 
 use crate::scene::Scene;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::avx2::Avx2;
+use crate::simd::portable::Portable;
 use crate::traverse::{Stacks, trace};
 use raystrips_geom::{Hit, Ray};
 
@@ -81,7 +84,7 @@ impl<'s> Tracer<'s> {
             return Hit::MISS;
         }
         match self.kernel {
-            Kernel::Portable => trace::<ANY>(self.scene, &mut self.stacks, ray),
+            Kernel::Portable => trace::<_, ANY>(Portable, self.scene, &mut self.stacks, ray),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the constructor made sure that the processor has AVX2.
             Kernel::Avx2 => unsafe { trace_avx2::<ANY>(self.scene, &mut self.stacks, ray) },
@@ -94,5 +97,6 @@ impl<'s> Tracer<'s> {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn trace_avx2<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
-    trace::<ANY>(scene, stacks, ray)
+    // SAFETY: this function is only called where there is AVX2.
+    trace::<_, ANY>(unsafe { Avx2::assume() }, scene, stacks, ray)
 }

@@ -16,11 +16,13 @@ mod boxes;
 mod kernel;
 mod prepared;
 mod scene;
+mod simd;
 mod strip;
 mod traverse;
 mod window;
 
 pub use batch::{intersect_batch, occluded_batch};
 pub use kernel::{Kernel, Tracer};
+pub use raystrips_pack::Emitter;
 pub use raystrips_paging::OpenError;
 pub use scene::{ResolvedHit, Scene};

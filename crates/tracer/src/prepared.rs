@@ -14,14 +14,22 @@ pub(crate) struct PreparedRay {
     pub tfar: f32,
     /// Inverse direction for box tests.
     pub inv_dir: [f32; 3],
-    /// The axis along which the ray runs fastest, and the two others.
-    pub kz: usize,
-    pub kx: usize,
-    pub ky: usize,
+    /// Whether it runs up each axis.
+    pub forward: [bool; 3],
+    /// The axes x, y, z of the sheared space, z being that along which the ray runs fastest: one more than the
+    /// number of each, after a zero.
+    pub order: [i32; 4],
+    /// Origin along those axes.
+    pub org_x: f32,
+    pub org_y: f32,
+    pub org_z: f32,
     /// Shear that turns the ray into the z axis (Woop, Benthin, Wald 2013).
     pub shear_x: f32,
     pub shear_y: f32,
-    pub scale_z: f32,
+    /// Direction along those axes.
+    pub dir_x: f32,
+    pub dir_y: f32,
+    pub dir_z: f32,
 }
 
 impl PreparedRay {
@@ -38,17 +46,22 @@ impl PreparedRay {
         let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
         let least = size[kz] * LEAST_SHARE;
         let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
+        let inv_dir = [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)];
         PreparedRay {
             org: ray.org,
             tnear: ray.tnear,
             tfar: ray.tfar,
-            inv_dir: [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)],
-            kz,
-            kx,
-            ky,
+            inv_dir,
+            forward: inv_dir.map(|d| d >= 0.0),
+            order: [0, 1 + kx as i32, 1 + ky as i32, 1 + kz as i32],
+            org_x: ray.org[kx],
+            org_y: ray.org[ky],
+            org_z: ray.org[kz],
             shear_x: ray.dir[kx] / ray.dir[kz],
             shear_y: ray.dir[ky] / ray.dir[kz],
-            scale_z: 1.0 / ray.dir[kz],
+            dir_x: ray.dir[kx],
+            dir_y: ray.dir[ky],
+            dir_z: ray.dir[kz],
         }
     }
 }

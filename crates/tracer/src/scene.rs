@@ -76,6 +76,11 @@ impl Scene {
         Aabb { min: Vec3::from_array(manifest.bounds_min), max: Vec3::from_array(manifest.bounds_max) }
     }
 
+    /// Bytes of all pages.
+    pub fn page_bytes(&self) -> u64 {
+        self.pages.pack().directory.iter().map(|page| u64::from(page.bytes)).sum()
+    }
+
     /// Emissive triangles.
     pub fn emitters(&self) -> &[Emitter] {
         &self.pages.pack().emitters

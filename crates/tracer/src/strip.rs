@@ -5,8 +5,8 @@
 
 use crate::boxes::{RayGrid, max, min};
 use crate::prepared::PreparedRay;
+use crate::simd::Simd;
 use crate::window::{WindowHit, test_window};
-use glam::Vec3;
 use raystrips_geom::strip::WINDOW_TRIANGLES;
 use raystrips_pack::StripView;
 
@@ -27,16 +27,17 @@ const STACK: usize = 8;
 /// hits still matter; `found` is told each triangle hit with its place in the strip, the entry into the box of
 /// its window, and returns true when enough was found.
 #[inline(always)]
-pub(crate) fn test_strip(
+pub(crate) fn test_strip<S: Simd>(
+    s: S,
     ray: &PreparedRay,
     grid: impl FnOnce() -> RayGrid,
     strip: &StripView,
-    vertices: &[Vec3],
+    points: &[f32],
     (tnear, tfar): (f32, f32),
     found: &mut impl StripHits,
 ) {
     if strip.window_count() == 1 {
-        test_window(ray, vertices, strip.window(0), |hit| found.hit(strip, hit, tnear));
+        test_window(s, ray, points, strip.window(0), |hit| found.hit(strip, hit, tnear));
         return;
     }
     let grid = grid();
@@ -45,7 +46,7 @@ pub(crate) fn test_strip(
     let mut part = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar };
     loop {
         if part.count == 1 {
-            test_window(ray, vertices, strip.window(part.first), |mut hit| {
+            test_window(s, ray, points, strip.window(part.first), |mut hit| {
                 hit.triangle += part.first * WINDOW_TRIANGLES;
                 found.hit(strip, hit, part.tnear);
             });
@@ -109,8 +110,7 @@ fn split(ray: &PreparedRay, grid: &RayGrid, strip: &StripView, part: &Part) -> (
     let (lower, upper) = if split.reversed { (right, left) } else { (left, right) };
     let at = |plane: u8| f32::from(plane) * grid.step[axis] + grid.start[axis];
     let slack = grid.slack[axis];
-    let forward = ray.inv_dir[axis] >= 0.0;
-    let (near, far, near_plane, far_plane) = if forward {
+    let (near, far, near_plane, far_plane) = if ray.forward[axis] {
         (lower, upper, split.lower_max, split.upper_min)
     } else {
         (upper, lower, split.upper_min, split.lower_max)

@@ -3,11 +3,12 @@
 use crate::boxes::{BoxHits, RayGrid, test_boxes};
 use crate::prepared::PreparedRay;
 use crate::scene::{Locator, Scene};
+use crate::simd::{LANES, Simd};
 use crate::strip::{StripHits, test_strip};
 use crate::window::WindowHit;
 use raystrips_geom::strip::strip_is_reversed;
 use raystrips_geom::{Hit, Ray};
-use raystrips_pack::layout::{TopNode, WIDTH, WideNode};
+use raystrips_pack::layout::{TopNode, WideNode};
 use raystrips_pack::{PageView, StripView};
 
 /// A subtree that waits, and where the ray is inside its box.
@@ -30,7 +31,7 @@ pub(crate) struct Stacks {
 impl Stacks {
     /// Stacks that never grow in `scene`.
     pub fn for_scene(scene: &Scene) -> Stacks {
-        let most = scene.depth() * (WIDTH - 1) + 1;
+        let most = scene.depth() * (LANES - 1) + 1;
         Stacks { top: Vec::with_capacity(most), page: Vec::with_capacity(most) }
     }
 }
@@ -71,7 +72,7 @@ impl<const ANY: bool> StripHits for Best<ANY> {
 
 /// The nearest hit of `ray`; with `ANY`, some hit.
 #[inline(always)]
-pub(crate) fn trace<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
+pub(crate) fn trace<S: Simd, const ANY: bool>(s: S, scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
     let prepared = PreparedRay::new(ray);
     let mut best = Best::<ANY> { hit: Hit { t: ray.tfar, ..Hit::MISS }, locator: Locator(0) };
     let nodes = scene.top_nodes();
@@ -83,12 +84,13 @@ pub(crate) fn trace<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &R
         }
         if here.child & TopNode::ENTRY == 0 {
             let node = &nodes[here.child as usize];
-            let hits = test_boxes(&node.boxes, &prepared, here.tnear, best.hit.t);
+            let hits = test_boxes(s, &node.boxes, &prepared, here.tnear, best.hit.t);
             push_children(&mut stacks.top, hits, here.child, &node.child, TopNode::EMPTY);
         } else {
             let entry = scene.top_entry(here.child & !TopNode::ENTRY);
             best.locator = Locator::page(entry.page);
             trace_page(
+                s,
                 &scene.page(entry.page),
                 entry.node as u16,
                 here.tnear,
@@ -106,7 +108,8 @@ pub(crate) fn trace<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &R
 
 /// Traces through the subtree at `root` of a page.
 #[inline(always)]
-fn trace_page<const ANY: bool>(
+fn trace_page<S: Simd, const ANY: bool>(
+    s: S,
     page: &PageView,
     root: u16,
     entry: f32,
@@ -115,6 +118,7 @@ fn trace_page<const ANY: bool>(
     best: &mut Best<ANY>,
 ) {
     let nodes = page.nodes();
+    let mut current = None;
     stack.clear();
     stack.push(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
     while let Some(here) = stack.pop() {
@@ -123,16 +127,20 @@ fn trace_page<const ANY: bool>(
         }
         if here.child & WideNode::LEAF == 0 {
             let node = &nodes[usize::from(here.child)];
-            let hits = test_boxes(&node.boxes, ray, here.tnear, best.hit.t);
+            let hits = test_boxes(s, &node.boxes, ray, here.tnear, best.hit.t);
             push_children(stack, hits, here.child, &node.child, WideNode::EMPTY);
         } else {
             let boxes = &nodes[usize::from(here.node)].boxes;
-            let cluster = page.cluster(usize::from(boxes.cluster));
+            let cluster = match current {
+                Some((number, cluster)) if number == boxes.cluster => cluster,
+                _ => page.cluster(usize::from(boxes.cluster)),
+            };
+            current = Some((boxes.cluster, cluster));
             let offset = here.child & !WideNode::LEAF;
             let strip = cluster.strip(usize::from(offset));
             best.locator = best.locator.with_strip(boxes.cluster, offset);
             let range = (here.tnear, here.tfar);
-            test_strip(ray, || RayGrid::new(boxes, ray), &strip, cluster.vertices(), range, best);
+            test_strip(s, ray, || RayGrid::new(boxes, ray), &strip, cluster.points(), range, best);
             if best.done() {
                 return;
             }
@@ -146,7 +154,7 @@ fn push_children<Child: Copy + PartialEq>(
     stack: &mut Vec<Waiting<Child>>,
     hits: BoxHits,
     node: Child,
-    children: &[Child; WIDTH],
+    children: &[Child; LANES],
     empty: Child,
 ) {
     let first = stack.len();

@@ -1,132 +1,166 @@
 //! A ray against one window of a strip: up to six triangles over eight vertices.
 //!
-//! The watertight test of Woop, Benthin and Wald (JCGT 2013), with edge functions shared along the strip: for
-//! *n* triangles 2 *n* + 1 of them instead of 3 *n*. Vertices are sheared so that the ray is the z axis, and
-//! `edge(a, b) = a.x b.y - a.y b.x` tells on which side of it the edge passes.
+//! Whether a triangle is met is decided as by Woop, Benthin and Wald (JCGT 2013), with edge functions shared
+//! along the strip: for *n* triangles 2 *n* + 1 of them instead of 3 *n*. Vertices are sheared so that the ray is
+//! the z axis, and `edge(a, b) = a.x b.y - a.y b.x` tells on which side of it the edge passes.
 //!
 //! Why no ray slips through: the difference of two rounded products may be rounded to zero but never gets the
 //! wrong sign, and `edge(b, a)` is exactly `-edge(a, b)`; where one is zero, all three of the triangle are
 //! computed again in f64, in which products of f32 are exact. So each edge has one sign for all triangles
 //! that share it, and at a vertex all triangles see the same rounded point. There must be no fused
 //! multiply-add in an edge function: it would break the antisymmetry.
+//!
+//! Where it is met is computed in f64 from the vertices as they are, for the few triangles that are. In f32 the
+//! distance of a triangle seen from its side would be off by many times the rounding of its vertices.
 
 use crate::prepared::PreparedRay;
-use glam::Vec3;
-use raystrips_geom::strip::{WINDOW_TRIANGLES, WINDOW_VERTICES};
-
-/// Lanes of a window's arrays.
-const LANES: usize = WINDOW_VERTICES;
+use crate::simd::{LANES, Simd, Words};
+use raystrips_geom::strip::WINDOW_TRIANGLES;
 
 /// A triangle of a window that the ray meets.
 pub(crate) struct WindowHit {
     pub triangle: usize,
     pub t: f32,
-    /// Weights of the second and third corner, corners wound as in `[pivot, k + 1, k + 2]`.
+    /// Weights of the second and third corner, corners taken as pivot, k + 1, k + 2.
     pub u: f32,
     pub v: f32,
 }
 
-/// Calls `found` for every triangle of the window that the ray meets, `tnear <= t <= tfar`, `t` finite.
+/// Calls `found` for every triangle of the window that the ray meets with `tnear <= t <= tfar`, `t` finite. The
+/// window has `count` triangles, turn bits and vertices; see [`Simd::gather`] for `points`.
 #[inline(always)]
-pub(crate) fn test_window(
+pub(crate) fn test_window<S: Simd>(
+    s: S,
     ray: &PreparedRay,
-    vertices: &[Vec3],
+    points: &[f32],
     (count, turns, refs): (usize, u8, &[u8]),
     mut found: impl FnMut(WindowHit),
 ) {
-    let (x, y, z) = shear(ray, vertices, refs);
-    // Consecutive edges: along[k] = edge(v[k], v[k + 1]); the last lane is never used.
-    let mut along = [0.0; LANES];
-    for k in 0..LANES - 1 {
-        along[k] = x[k] * y[k + 1] - y[k] * x[k + 1];
+    let [x, y, z] = s.gather(points, &eight(refs), &ray.order);
+    let z = s.sub(z, s.splat(ray.org_z));
+    let x = s.sub(s.sub(x, s.splat(ray.org_x)), s.mul(s.splat(ray.shear_x), z));
+    let y = s.sub(s.sub(y, s.splat(ray.org_y)), s.mul(s.splat(ray.shear_y), z));
+
+    let turns = &TURNS[usize::from(turns >> 1) & 31];
+    let at = |v: S::F, lanes: &Words| s.permute(v, lanes);
+    let edge = |ax: S::F, ay: S::F, bx: S::F, by: S::F| s.sub(s.mul(ax, by), s.mul(ay, bx));
+    // Edges from vertex k to k + 1; from k + 2 to the pivot; from the pivot to k + 1.
+    let along = edge(x, y, at(x, &NEXT), at(y, &NEXT));
+    let (pivot_x, pivot_y) = (at(x, &turns.pivot), at(y, &turns.pivot));
+    let closing = edge(at(x, &SECOND_NEXT), at(y, &SECOND_NEXT), pivot_x, pivot_y);
+    let opening = s.select(&turns.mask, s.neg(at(closing, &PREVIOUS)), along);
+
+    // The weight of a corner is the edge function of the other two.
+    let (a, b, c) = (at(along, &NEXT), closing, opening);
+    let zero = s.splat(0.0);
+    let least = s.min(s.min(a, b), c);
+    let greatest = s.max(s.max(a, b), c);
+    let mut inside = (s.le(zero, least) | s.le(greatest, zero)) & ((1 << count) - 1);
+    if inside == 0 {
+        return;
     }
-    let pivots = PIVOTS[usize::from(turns >> 1) & 31];
-    // Closing edges: closing[k] = edge(v[k + 2], pivot).
-    let mut closing = [0.0; LANES];
-    for k in 0..WINDOW_TRIANGLES {
-        let p = usize::from(pivots[k]);
-        closing[k] = x[k + 2] * y[p] - y[k + 2] * x[p];
-    }
-    let mut inside = 0u32;
-    let mut opening = [0.0; LANES];
-    for k in 0..WINDOW_TRIANGLES {
-        // The edge into the triangle: from its pivot to v[k + 1].
-        opening[k] = if turns >> k & 1 == 0 { along[k] } else { -closing[k.saturating_sub(1)] };
-        let (a, b, c) = (along[k + 1], closing[k], opening[k]);
-        let negative = (a < 0.0) | (b < 0.0) | (c < 0.0);
-        let positive = (a > 0.0) | (b > 0.0) | (c > 0.0);
-        inside |= u32::from(!(negative & positive)) << k;
-    }
-    inside &= (1 << count) - 1;
-    while inside != 0 {
-        let k = inside.trailing_zeros() as usize;
-        inside &= inside - 1;
-        let p = usize::from(pivots[k]);
-        let mut weights = [along[k + 1], closing[k], opening[k]];
-        if weights.contains(&0.0) {
-            weights = exact_weights([x[p], x[k + 1], x[k + 2]], [y[p], y[k + 1], y[k + 2]]);
+    let on_edge = inside & (s.eq(a, zero) | s.eq(b, zero) | s.eq(c, zero));
+    if on_edge != 0 {
+        let (x, y) = (s.store(x), s.store(y));
+        for k in lanes_of(on_edge) {
+            let corners = [turns.pivot.0[k] as usize, k + 1, k + 2];
+            inside &= !(u32::from(passes_outside(corners.map(|i| x[i]), corners.map(|i| y[i]))) << k);
         }
-        if let Some((t, u, v)) = distance(ray, weights, [z[p], z[k + 1], z[k + 2]]) {
+    }
+    for k in lanes_of(inside) {
+        let corner = |i: usize| {
+            let first = 1 + 3 * usize::from(refs[i]);
+            [points[first], points[first + 1], points[first + 2]]
+        };
+        let corners = [corner(turns.pivot.0[k] as usize), corner(k + 1), corner(k + 2)];
+        if let Some((t, u, v)) = meet(ray, corners) {
             found(WindowHit { triangle: k, t, u, v });
         }
     }
 }
 
-/// The vertices of a window, relative to the ray; the last one stands for those that a short window lacks.
+/// The places of the bits that are set.
 #[inline(always)]
-fn shear(ray: &PreparedRay, vertices: &[Vec3], refs: &[u8]) -> ([f32; LANES], [f32; LANES], [f32; LANES]) {
-    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    let last = refs.len() - 1;
-    for k in 0..LANES {
-        let vertex = vertices[usize::from(refs[k.min(last)])];
-        x[k] = vertex[ray.kx] - ray.org[ray.kx];
-        y[k] = vertex[ray.ky] - ray.org[ray.ky];
-        z[k] = vertex[ray.kz] - ray.org[ray.kz];
-    }
-    for k in 0..LANES {
-        x[k] -= ray.shear_x * z[k];
-        y[k] -= ray.shear_y * z[k];
-    }
-    (x, y, z)
+fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
 }
 
-/// Distance and weights of a triangle whose edge functions do not differ in sign. Weights are those of the
-/// pivot, the second and the third corner, not normalized.
+/// The vertices of a window; the last one stands for those that a short window lacks.
 #[inline(always)]
-fn distance(ray: &PreparedRay, weights: [f32; 3], z: [f32; 3]) -> Option<(f32, f32, f32)> {
-    let [a, b, c] = weights;
-    let negative = (a < 0.0) | (b < 0.0) | (c < 0.0);
-    let positive = (a > 0.0) | (b > 0.0) | (c > 0.0);
-    let sum = a + b + c;
-    if (negative & positive) | (sum == 0.0) {
-        return None;
+fn eight(refs: &[u8]) -> [u8; LANES] {
+    match refs.first_chunk() {
+        Some(full) => *full,
+        None => std::array::from_fn(|k| refs[k.min(refs.len() - 1)]),
     }
-    let inverse = 1.0 / sum;
-    let t = (a * z[0] + b * z[1] + c * z[2]) * inverse * ray.scale_z;
-    (t >= ray.tnear && t <= ray.tfar && t < f32::INFINITY).then_some((t, b * inverse, c * inverse))
 }
 
-/// The edge functions of a triangle without rounding error in their signs.
+/// Whether the ray passes outside of a sheared triangle, one of whose edge functions is zero in f32.
 #[cold]
 #[inline(never)]
-fn exact_weights(x: [f32; 3], y: [f32; 3]) -> [f32; 3] {
-    let edge = |a: usize, b: usize| {
-        let exact = f64::from(x[a]) * f64::from(y[b]) - f64::from(y[a]) * f64::from(x[b]);
-        let rounded = exact as f32;
-        // Too small for f32, but with a sign.
-        if rounded == 0.0 && exact != 0.0 { f32::MIN_POSITIVE.copysign(exact as f32) } else { rounded }
-    };
-    [edge(1, 2), edge(2, 0), edge(0, 1)]
+fn passes_outside(x: [f32; 3], y: [f32; 3]) -> bool {
+    let edge = |a: usize, b: usize| f64::from(x[a]) * f64::from(y[b]) - f64::from(y[a]) * f64::from(x[b]);
+    let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
+    edges.iter().any(|&e| e < 0.0) && edges.iter().any(|&e| e > 0.0)
 }
 
-/// For each pattern of turn bits 1 to 5: the pivot of each triangle, as a place in the window.
-const PIVOTS: [[u8; WINDOW_TRIANGLES]; 32] = {
-    let mut table = [[0; WINDOW_TRIANGLES]; 32];
+/// Distance and weights of the second and third corner where the ray meets a triangle that it does not pass
+/// outside of. `None` for a triangle seen exactly from its side, and where the ray ends before or begins after.
+///
+/// Weights are made to be those of a point of the triangle, whatever was rounded: then the distance cannot leave
+/// the triangle either.
+#[inline(always)]
+fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
+    let [kx, ky, kz] = [ray.order[1], ray.order[2], ray.order[3]].map(|k| k as usize - 1);
+    let z = corners.map(|p| f64::from(p[kz]) - f64::from(ray.org_z));
+    let along = |k: usize, org: f32, shear: f64| {
+        [0, 1, 2].map(|i| f64::from(corners[i][k]) - f64::from(org) - shear * z[i])
+    };
+    let x = along(kx, ray.org_x, f64::from(ray.dir_x) / f64::from(ray.dir_z));
+    let y = along(ky, ray.org_y, f64::from(ray.dir_y) / f64::from(ray.dir_z));
+    let edge = |a: usize, b: usize| x[a] * y[b] - y[a] * x[b];
+    let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
+    let sum: f64 = edges[0] + edges[1] + edges[2];
+    if sum == 0.0 {
+        return None;
+    }
+    let weights = edges.map(|e| (e / sum).max(0.0));
+    let total = weights[0] + weights[1] + weights[2];
+    let depth = (weights[0] * z[0] + weights[1] * z[1] + weights[2] * z[2]) / total;
+    let t = (depth / f64::from(ray.dir_z)) as f32;
+    let on_segment = ray.tnear <= t && t <= ray.tfar && t < f32::INFINITY;
+    on_segment.then(|| (t, (weights[1] / total) as f32, (weights[2] / total) as f32))
+}
+
+/// Lane *k* takes from lane *k* + 1.
+const NEXT: Words = Words([1, 2, 3, 4, 5, 6, 7, 7]);
+/// Lane *k* takes from lane *k* + 2.
+const SECOND_NEXT: Words = Words([2, 3, 4, 5, 6, 7, 7, 7]);
+/// Lane *k* takes from lane *k* - 1.
+const PREVIOUS: Words = Words([0, 0, 1, 2, 3, 4, 5, 6]);
+
+/// What turn bits mean for lanes.
+#[derive(Clone, Copy)]
+struct Turns {
+    /// Vertex that is the pivot of each triangle.
+    pivot: Words,
+    /// Triangles with a turn.
+    mask: Words,
+}
+
+/// For each pattern of turn bits 1 to 5.
+static TURNS: [Turns; 32] = {
+    let mut table = [Turns { pivot: Words([0; LANES]), mask: Words([0; LANES]) }; 32];
     let mut bits = 0;
     while bits < 32 {
         let mut k = 1;
         while k < WINDOW_TRIANGLES {
-            table[bits][k] = if bits >> (k - 1) & 1 == 0 { k as u8 } else { table[bits][k - 1] };
+            let turn = bits >> (k - 1) & 1 == 1;
+            table[bits].pivot.0[k] = if turn { table[bits].pivot.0[k - 1] } else { k as i32 };
+            table[bits].mask.0[k] = -(turn as i32);
             k += 1;
         }
         bits += 1;

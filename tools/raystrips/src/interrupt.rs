@@ -11,10 +11,15 @@ const INTERRUPTED_STATUS: i32 = 130;
 pub fn watch() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(INTERRUPTED_STATUS);
+            exit();
         }
     })?;
     Ok(())
+}
+
+/// Ends the process the way an interrupt does.
+pub fn exit() -> ! {
+    std::process::exit(INTERRUPTED_STATUS);
 }
 
 /// True once there was one.

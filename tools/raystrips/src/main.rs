@@ -2,6 +2,7 @@
 
 mod args;
 mod cache;
+mod camera;
 mod commands;
 mod files;
 mod interrupt;

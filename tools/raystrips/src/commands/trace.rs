@@ -5,7 +5,6 @@ use crate::args::TraceArgs;
 use crate::files::write_whole;
 use crate::process::thread_cpu_time;
 use anyhow::{Context, Result, bail};
-use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
 use raystrips_tracer::{Kernel, Scene, Tracer};
 use serde_json::json;
@@ -156,6 +155,7 @@ fn report(args: &TraceArgs, kernel: Kernel, hits: &[Hit], best: Timing) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn a_ray_file_is_read_as_written() {

@@ -1,0 +1,366 @@
+//! What all readers write into: makes batches of the triangles they find, and collects the scene and the report.
+
+use crate::error::one_line;
+use crate::polygon::triangulate;
+use crate::{
+    Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result, TriangleBatch, TriangleSink,
+};
+use glam::{DAffine3, DVec3};
+use raystrips_geom::scene::{Geometry, Material, SceneDesc};
+use std::path::Path;
+
+/// Enough for long runs of work, little enough that a few batches fit into a cache.
+const MAX_TRIANGLES: usize = 1 << 16;
+/// Half of [`VertexMap`], so that its probes stay short.
+const MAX_POSITIONS: usize = 1 << 17;
+/// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
+const MAX_COORDINATE: f64 = 1e18;
+const MAX_WARNINGS: usize = 20;
+
+/// Where a reader keeps its vertices.
+pub(crate) trait Vertices {
+    fn count(&self) -> u64;
+    /// Only called with `index < count()`.
+    fn position(&self, index: u32) -> [f64; 3];
+    /// Called now and then, when positions may leave memory until they are next asked for.
+    fn release(&self) {}
+}
+
+impl Vertices for Vec<[f64; 3]> {
+    fn count(&self) -> u64 {
+        self.len() as u64
+    }
+
+    fn position(&self, index: u32) -> [f64; 3] {
+        self[index as usize]
+    }
+}
+
+pub(crate) struct Emitter<'a> {
+    pub options: &'a ImportOptions,
+    pub scene: SceneDesc,
+    report: ImportReport,
+    sink: &'a mut dyn TriangleSink,
+    progress: Progress,
+    /// Bytes of the files before the present one.
+    bytes_before: u64,
+
+    /// Where the present file stands in the world.
+    placement: DAffine3,
+    /// Material of everything in the present file, whatever the file says.
+    material_override: Option<u32>,
+    default_material: Option<u32>,
+    /// Where the present part of the file stands in the world.
+    world_from_local: DAffine3,
+    mirrored: bool,
+
+    next_triangle_id: u64,
+    batch: TriangleBatch,
+    batch_count: u64,
+    vertices: VertexMap,
+    polygon: Vec<[f64; 3]>,
+    cut: Vec<[u32; 3]>,
+}
+
+impl<'a> Emitter<'a> {
+    pub fn new(options: &'a ImportOptions, sink: &'a mut dyn TriangleSink, bytes_total: u64) -> Emitter<'a> {
+        Emitter {
+            options,
+            scene: SceneDesc::default(),
+            report: ImportReport::default(),
+            sink,
+            progress: Progress { bytes_done: 0, bytes_total },
+            bytes_before: 0,
+            placement: DAffine3::IDENTITY,
+            material_override: None,
+            default_material: None,
+            world_from_local: DAffine3::IDENTITY,
+            mirrored: false,
+            next_triangle_id: 0,
+            batch: TriangleBatch::default(),
+            batch_count: 0,
+            vertices: VertexMap::new(),
+            polygon: Vec::new(),
+            cut: Vec::new(),
+        }
+    }
+
+    /// Starts a file.
+    pub fn begin_file(&mut self, placement: DAffine3, material_override: Option<u32>) -> Result<()> {
+        self.placement = placement;
+        self.material_override = material_override;
+        self.set_transform(DAffine3::IDENTITY)
+    }
+
+    /// Ends a file of `bytes`.
+    pub fn end_file(&mut self, bytes: u64) -> Result<()> {
+        self.flush()?;
+        self.bytes_before += bytes;
+        self.advance(0);
+        Ok(())
+    }
+
+    /// Ends the import.
+    pub fn finish(mut self) -> Result<Import> {
+        self.flush()?;
+        Ok(Import { scene: self.scene, report: self.report })
+    }
+
+    /// Where the vertices that follow stand in their file. Needed at the start of each set of vertices.
+    pub fn set_transform(&mut self, file_from_local: DAffine3) -> Result<()> {
+        self.flush()?;
+        self.world_from_local = self.placement * file_from_local;
+        self.mirrored = self.world_from_local.matrix3.determinant() < 0.0;
+        Ok(())
+    }
+
+    /// Where things of the present file stand in the world.
+    pub fn placement(&self) -> DAffine3 {
+        self.placement
+    }
+
+    /// A new geometry.
+    pub fn geometry(&mut self, name: &str, material: u32) -> u32 {
+        let material = self.material_override.unwrap_or(material);
+        self.scene.geometries.push(Geometry { name: name.to_owned(), material });
+        self.scene.geometries.len() as u32 - 1
+    }
+
+    pub fn material(&mut self, material: Material) -> u32 {
+        self.scene.materials.push(material);
+        self.scene.materials.len() as u32 - 1
+    }
+
+    /// The material of faces without one: the same for all files.
+    pub fn default_material(&mut self) -> u32 {
+        match self.default_material {
+            Some(material) => material,
+            None => {
+                let material = self.material(Material::default());
+                *self.default_material.insert(material)
+            }
+        }
+    }
+
+    /// Notes that a file was read.
+    pub fn note_file(&mut self, path: &Path) {
+        if !self.report.files.iter().any(|file| file == path) {
+            self.report.files.push(path.to_owned());
+        }
+    }
+
+    pub fn warn(&mut self, path: &Path, what: impl std::fmt::Display) {
+        let warning = one_line(&format!("{}: {what}", path.display()));
+        if self.report.warnings.contains(&warning) {
+        } else if self.report.warnings.len() < MAX_WARNINGS {
+            self.report.warnings.push(warning);
+        } else {
+            self.report.warnings_left_out += 1;
+        }
+    }
+
+    pub fn next_triangle_id(&self) -> u64 {
+        self.next_triangle_id
+    }
+
+    /// Gives the next triangle this id.
+    pub fn set_next_triangle_id(&mut self, id: u64) -> Result<()> {
+        if id != self.next_triangle_id {
+            self.flush()?;
+            self.next_triangle_id = id;
+        }
+        Ok(())
+    }
+
+    /// Reports that `bytes` of the present file are done.
+    pub fn advance(&mut self, bytes: u64) {
+        let done = (self.bytes_before + bytes).min(self.progress.bytes_total);
+        self.progress.bytes_done = done.max(self.progress.bytes_done);
+        self.sink.progress(self.progress);
+    }
+
+    /// Adds a polygon of at least three corners; `place` is asked for where it stands if it is broken.
+    #[inline]
+    pub fn polygon(
+        &mut self,
+        geometry: u32,
+        vertices: &impl Vertices,
+        corners: &[u32],
+        path: &Path,
+        place: impl Fn() -> Place,
+    ) -> Result<()> {
+        let vertex_count = vertices.count();
+        if let Some(&bad) = corners.iter().find(|&&corner| u64::from(corner) >= vertex_count) {
+            return self.out_of_range(corners.len() as u64 - 2, path, place(), i64::from(bad), vertex_count);
+        }
+        match *corners {
+            [a, b, c] => self.triangle(geometry, vertices, [a, b, c]),
+            _ => self.cut_polygon(geometry, vertices, corners),
+        }
+    }
+
+    fn cut_polygon(&mut self, geometry: u32, vertices: &impl Vertices, corners: &[u32]) -> Result<()> {
+        self.polygon.clear();
+        self.polygon.extend(corners.iter().map(|&corner| vertices.position(corner)));
+        let mut cut = std::mem::take(&mut self.cut);
+        cut.clear();
+        triangulate(&self.polygon, &mut cut);
+        for triangle in &cut {
+            self.triangle(geometry, vertices, triangle.map(|i| corners[i as usize]))?;
+        }
+        self.cut = cut;
+        Ok(())
+    }
+
+    /// Drops `count` triangles because of an index, or fails, as the options say.
+    pub fn out_of_range(
+        &mut self,
+        count: u64,
+        path: &Path,
+        place: Place,
+        index: i64,
+        vertex_count: u64,
+    ) -> Result<()> {
+        if !self.options.drop_out_of_range {
+            return Err(ImportError::IndexOutOfRange { path: path.into(), place, index, vertex_count });
+        }
+        self.report.dropped.out_of_range += count;
+        self.set_next_triangle_id(self.next_triangle_id + count)
+    }
+
+    /// Adds a triangle with checked indices.
+    #[inline]
+    fn triangle(&mut self, geometry: u32, vertices: &impl Vertices, corners: [u32; 3]) -> Result<()> {
+        let full =
+            self.batch.triangles.len() >= MAX_TRIANGLES || self.batch.positions.len() + 3 > MAX_POSITIONS;
+        if full || (self.batch.geometry != geometry && !self.batch.triangles.is_empty()) {
+            self.flush()?;
+            self.let_go(vertices);
+        }
+        let positions_before = self.batch.positions.len();
+        let [a, b, c] = corners;
+        // No loop: copying small arrays about would take longer than the rest.
+        let mut local = |corner| self.local_index(vertices, corner);
+        let (a, b, c) = match (local(a), local(b), local(c)) {
+            (Ok(a), Ok(b), Ok(c)) => (a, b, c),
+            (Err(position), _, _) | (_, Err(position), _) | (_, _, Err(position)) => {
+                return self.drop_triangle(position, positions_before);
+            }
+        };
+        let triangle = if self.mirrored { [a, c, b] } else { [a, b, c] };
+        if self.batch.triangles.is_empty() {
+            self.batch.geometry = geometry;
+            self.batch.first_triangle_id = self.next_triangle_id;
+        }
+        self.batch.triangles.push(triangle);
+        self.next_triangle_id += 1;
+        Ok(())
+    }
+
+    /// The place of a vertex in the batch, or its position if that cannot be used.
+    #[inline(always)]
+    fn local_index(&mut self, vertices: &impl Vertices, corner: u32) -> std::result::Result<u32, DVec3> {
+        self.vertices.find(corner).or_else(|slot| {
+            let position = self.world_from_local.transform_point3(DVec3::from(vertices.position(corner)));
+            let [x, y, z] = position.to_array();
+            // NaN is not in any range.
+            let range = -MAX_COORDINATE..=MAX_COORDINATE;
+            if !(range.contains(&x) && range.contains(&y) && range.contains(&z)) {
+                return Err(position);
+            }
+            self.batch.positions.push([x, y, z]);
+            Ok(self.vertices.insert(slot, corner))
+        })
+    }
+
+    #[cold]
+    fn drop_triangle(&mut self, position: DVec3, positions_before: usize) -> Result<()> {
+        let dropped = &mut self.report.dropped;
+        *(if position.is_finite() { &mut dropped.out_of_range } else { &mut dropped.non_finite }) += 1;
+        self.batch.positions.truncate(positions_before);
+        self.flush()?;
+        self.next_triangle_id += 1;
+        Ok(())
+    }
+
+    fn let_go(&mut self, vertices: &impl Vertices) {
+        /// Some hundred megabytes of pages at worst, some ten where neighbors in the mesh are neighbors in the file.
+        const BATCHES_BETWEEN: u64 = 16;
+        self.batch_count += 1;
+        if self.batch_count.is_multiple_of(BATCHES_BETWEEN) {
+            vertices.release();
+        }
+    }
+
+    /// Hands over the present batch.
+    fn flush(&mut self) -> Result<()> {
+        self.vertices.clear();
+        if self.batch.triangles.is_empty() {
+            self.batch.positions.clear();
+            return Ok(());
+        }
+        let batch = std::mem::take(&mut self.batch);
+        // The next batch is most likely about as large as this one.
+        self.batch.positions.reserve(batch.positions.len());
+        self.batch.triangles.reserve(batch.triangles.len());
+        self.report.triangles += batch.triangles.len() as u64;
+        self.sink.batch(batch).map_err(ImportError::Sink)
+    }
+}
+
+/// Finds the place in the batch of a vertex of the file: a hash table of fixed size.
+///
+/// The first try is the index itself, so that neighbors in the file are neighbors in the table and stay in cache.
+/// Where another vertex has that slot, linear probing from a hash of the index goes on: runs of indices that meet
+/// in the table would otherwise have to step over each other.
+struct VertexMap {
+    /// File index in the upper half, batch index + 1 in the lower; 0 where free.
+    slots: Vec<u64>,
+    used: Vec<u32>,
+}
+
+impl VertexMap {
+    const BITS: u32 = MAX_POSITIONS.ilog2() + 1;
+    const MASK: usize = (1 << Self::BITS) - 1;
+
+    fn new() -> VertexMap {
+        VertexMap { slots: vec![0; 1 << Self::BITS], used: Vec::new() }
+    }
+
+    /// The batch index, or the slot where the vertex belongs.
+    #[inline]
+    fn find(&self, vertex: u32) -> std::result::Result<u32, usize> {
+        let slot = vertex as usize & Self::MASK;
+        match self.slots[slot] {
+            0 => Err(slot),
+            entry if (entry >> 32) as u32 == vertex => Ok(entry as u32 - 1),
+            _ => self.find_elsewhere(vertex),
+        }
+    }
+
+    fn find_elsewhere(&self, vertex: u32) -> std::result::Result<u32, usize> {
+        // Fibonacci hashing.
+        let mut slot = (vertex.wrapping_mul(0x9e37_79b9) >> (32 - Self::BITS)) as usize;
+        loop {
+            match self.slots[slot] {
+                0 => return Err(slot),
+                entry if (entry >> 32) as u32 == vertex => return Ok(entry as u32 - 1),
+                _ => slot = (slot + 1) & Self::MASK,
+            }
+        }
+    }
+
+    #[inline]
+    fn insert(&mut self, slot: usize, vertex: u32) -> u32 {
+        let local = self.used.len() as u32;
+        self.slots[slot] = u64::from(vertex) << 32 | u64::from(local + 1);
+        self.used.push(slot as u32);
+        local
+    }
+
+    fn clear(&mut self) {
+        for slot in self.used.drain(..) {
+            self.slots[slot as usize] = 0;
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The JSON document: the types of the library for what they describe well, our own where it matters that
+//! transforms keep their digits, and nothing for what is not used, so that an oddity there does no harm.
+
+use super::{syntax, unsupported};
+use crate::{ImportError, Place, Result};
+use gltf::json::extensions::scene::khr_lights_punctual::Light;
+use gltf::json::{Accessor, Buffer, Camera, Material, Mesh, buffer::View};
+use serde::Deserialize;
+use std::fmt;
+use std::path::Path;
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Document {
+    asset: Asset,
+    #[serde(default)]
+    extensions_required: Vec<String>,
+    #[serde(default)]
+    pub accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub buffer_views: Vec<View>,
+    #[serde(default)]
+    pub cameras: Vec<Camera>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    pub meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub nodes: Vec<Node>,
+    #[serde(default)]
+    pub scenes: Vec<Scene>,
+    pub scene: Option<u32>,
+    #[serde(default)]
+    pub extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset {
+    version: String,
+    min_version: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Scene {
+    /// Not used, but a scene whose name is no string is no scene.
+    #[serde(rename = "name")]
+    _name: Option<String>,
+    #[serde(default)]
+    pub nodes: Vec<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub children: Vec<u32>,
+    pub mesh: Option<u32>,
+    pub skin: Option<u32>,
+    pub camera: Option<u32>,
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    #[serde(default)]
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct Extensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub lights: Option<Lights>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Lights {
+    #[serde(default)]
+    pub lights: Vec<Light>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct NodeLight {
+    pub light: u32,
+}
+
+impl Document {
+    pub fn parse(path: &Path, json: &[u8]) -> Result<Document> {
+        let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+        // Some writers fill the chunk up with zeros and not with blanks.
+        let end = json.iter().rposition(|&c| c != 0).map_or(0, |last| last + 1);
+        let json = &json[..end];
+        let document: Document = serde_json::from_slice(json).map_err(|error| {
+            // Version 1.0 had objects where 2.0 has arrays: better to say that.
+            match serde_json::from_slice::<VersionOnly>(json) {
+                Ok(old) if !old.asset.version.starts_with("2") => version_error(path, &old.asset.version),
+                _ => ImportError::syntax(
+                    path,
+                    Place::Whole,
+                    format_args!("the JSON is not glTF 2.0: {error}; export the file again"),
+                ),
+            }
+        })?;
+        document.check(path)?;
+        Ok(document)
+    }
+
+    fn check(&self, path: &Path) -> Result<()> {
+        let least = self.asset.min_version.as_deref().unwrap_or("2.0");
+        if !self.asset.version.starts_with("2.") || (least != "2.0" && least != "2.1") {
+            return Err(version_error(path, &self.asset.version));
+        }
+        match self.extensions_required.iter().position(|name| !is_harmless(name)) {
+            None => Ok(()),
+            Some(i) => {
+                let name = &self.extensions_required[i];
+                let what = format!("{name} is required and not read here; {}", cure(name));
+                Err(unsupported(path, format_args!("extensionsRequired[{i}]"), what))
+            }
+        }
+    }
+
+    pub fn lights(&self) -> &[Light] {
+        self.extensions.lights.as_ref().map_or(&[], |lights| &lights.lights)
+    }
+}
+
+#[derive(Deserialize)]
+struct VersionOnly {
+    asset: Asset,
+}
+
+fn version_error(path: &Path, version: &str) -> ImportError {
+    let what = format!("is glTF {version}; only version 2.0 is read, convert it first");
+    unsupported(path, "asset.version", what)
+}
+
+/// True for extensions that are read, and for those that do not change where triangles are.
+fn is_harmless(extension: &str) -> bool {
+    const KNOWN: [&str; 12] = [
+        "KHR_mesh_quantization",
+        "KHR_lights_punctual",
+        "KHR_texture_transform",
+        "KHR_texture_basisu",
+        "EXT_texture_webp",
+        "EXT_texture_avif",
+        "MSFT_texture_dds",
+        "KHR_animation_pointer",
+        "KHR_xmp_json_ld",
+        "EXT_mesh_features",
+        "EXT_structural_metadata",
+        "EXT_lights_image_based",
+    ];
+    KNOWN.contains(&extension) || extension.starts_with("KHR_materials_")
+}
+
+/// What to do about a file that needs this extension.
+pub(super) fn cure(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "decompress the file first, for example: npx @gltf-transform/cli copy IN.glb OUT.glb"
+        }
+        _ => "export the file without it",
+    }
+}
+
+/// The entry of `list` that `index` names, or an error at the place `at` that holds the index.
+pub(super) fn entry<'a, T>(list: &'a [T], index: usize, path: &Path, at: impl fmt::Display) -> Result<&'a T> {
+    list.get(index).ok_or_else(|| {
+        syntax(
+            path,
+            at,
+            format_args!("names entry {index} of a list of {}; export the file again", list.len()),
+        )
+    })
+}

@@ -1,0 +1,55 @@
+//! glTF 2.0, as `.gltf` with buffers beside it or inside, and as `.glb`.
+//!
+//! The library `gltf` describes the JSON; everything that follows from it is checked and read here, because that
+//! library's own readers panic on broken files, refuse quantized positions and load all buffers into memory.
+//! Buffers are mapped, and only those that hold positions or indices. Meshes are repeated for each node that shows
+//! them.
+
+mod accessor;
+mod buffer;
+mod document;
+mod glb;
+mod material;
+mod nodes;
+mod primitive;
+
+use crate::emit::Emitter;
+use crate::map::Map;
+use crate::{ImportError, Place, Result};
+use buffer::Buffers;
+use document::Document;
+use material::Materials;
+use primitive::Primitives;
+use std::fmt;
+use std::path::Path;
+
+/// Reads the file at `path` and says in words what it holds.
+pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
+    let map = Map::open(path)?;
+    let container = glb::split(path, &map)?;
+    let document = Document::parse(path, container.json)?;
+    let buffers = Buffers::new(path, &document, &map, container.binary);
+    let scene = nodes::walk(path, &document, out)?;
+
+    let mut primitives = Primitives::new(path, &document, &buffers, Materials::new(path, &document));
+    let count = scene.meshes.len();
+    for (i, node) in scene.meshes.iter().enumerate() {
+        out.set_transform(node.file_from_local)?;
+        primitives.add_mesh(node.mesh, out)?;
+        out.advance((map.len() as f64 * (i + 1) as f64 / count as f64) as u64);
+    }
+    primitives.finish(out);
+    buffers.files().for_each(|file| out.note_file(file));
+    Ok(format!("its scene has {count} meshes, of which none holds a triangle"))
+}
+
+fn syntax(path: &Path, at: impl fmt::Display, what: impl fmt::Display) -> ImportError {
+    ImportError::syntax(path, Place::Json(at.to_string()), what)
+}
+
+fn unsupported(path: &Path, at: impl fmt::Display, what: impl fmt::Display) -> ImportError {
+    ImportError::unsupported(path, Place::Json(at.to_string()), what)
+}
+
+#[cfg(test)]
+mod tests;

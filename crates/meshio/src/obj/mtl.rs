@@ -1,0 +1,175 @@
+//! Materials of Wavefront MTL libraries.
+//!
+//! Read here and not by a library because the usual one panics on `Kd 0.5`, which the format allows, and gives up a
+//! whole file for one odd line; here an odd line costs that line.
+//!
+//! MTL describes Phong surfaces. `Kd` becomes the base color (`Ks` where a material is a mirror: black `Kd`, `illum`
+//! 3 or 5), `Ns` the roughness of a microfacet lobe of the same width, `d` and `Tr` the opacity, `Ke` the emission.
+//! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass. `Pr` and `Pm` of the PBR extension, where
+//! given, win.
+
+use crate::Result;
+use crate::emit::Emitter;
+use crate::map::Map;
+use crate::number::{is_space, parse_f64, words};
+use raystrips_geom::scene::Material;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Materials by name; the first of a name counts.
+pub(super) type Library = HashMap<String, Material>;
+
+/// Adds the materials of the file at `path`.
+pub(super) fn read(path: &Path, library: &mut Library, out: &mut Emitter) -> Result<()> {
+    let bytes = Map::open(path)?;
+    let (mut present, mut odd_line, mut textured) = (None, None, false);
+    for (number, line) in (1..).zip(bytes.split(|&c| c == b'\n' || c == b'\r')) {
+        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii();
+        let (keyword, rest) = line.split_at(line.iter().position(|&c| is_space(c)).unwrap_or(line.len()));
+        if keyword == b"newmtl" {
+            finish(present.replace(Phong::new(rest)), library);
+        } else if keyword.starts_with(b"map_") {
+            textured = true;
+        } else if let Some(phong) = &mut present
+            && phong.set(keyword, rest).is_none()
+        {
+            odd_line.get_or_insert(number);
+        }
+    }
+    finish(present, library);
+    if let Some(number) = odd_line {
+        out.warn(path, format_args!("line {number} has no number where one is needed and is left out"));
+    }
+    if textured {
+        out.warn(path, "textures are not read yet, materials have their plain color");
+    }
+    Ok(())
+}
+
+fn finish(phong: Option<Phong>, library: &mut Library) {
+    if let Some(phong) = phong {
+        library.entry(phong.name.clone()).or_insert_with(|| phong.into_material());
+    }
+}
+
+/// A material as written.
+#[derive(Default)]
+struct Phong {
+    name: String,
+    diffuse: Option<[f32; 3]>,
+    specular: Option<[f32; 3]>,
+    emission: [f32; 3],
+    exponent: Option<f32>,
+    opacity: Option<f32>,
+    ior: Option<f32>,
+    illumination: i32,
+    roughness: Option<f32>,
+    metallic: Option<f32>,
+}
+
+impl Phong {
+    fn new(name: &[u8]) -> Phong {
+        Phong { name: material_name(name), ..Phong::default() }
+    }
+
+    /// Sets what `keyword` names; `None` if `rest` does not fit it.
+    fn set(&mut self, keyword: &[u8], rest: &[u8]) -> Option<()> {
+        match keyword {
+            b"Kd" => self.diffuse = Some(color(rest)?),
+            b"Ks" => self.specular = Some(color(rest)?),
+            b"Ke" => self.emission = color(rest)?,
+            b"Ns" => self.exponent = Some(number(rest)?),
+            b"Ni" => self.ior = Some(number(rest)?),
+            b"d" => self.opacity = Some(number(rest.trim_ascii().strip_prefix(b"-halo").unwrap_or(rest))?),
+            b"Tr" => self.opacity = self.opacity.or(Some(1.0 - number(rest)?)),
+            b"illum" => self.illumination = number(rest)? as i32,
+            b"Pr" => self.roughness = Some(number(rest)?),
+            b"Pm" => self.metallic = Some(number(rest)?),
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn into_material(self) -> Material {
+        let plain = Material::default();
+        let black = |c: [f32; 3]| c.iter().all(|&x| x <= 0.0);
+        let mirror = matches!(self.illumination, 3 | 5)
+            && self.specular.is_some_and(|c| !black(c))
+            && self.diffuse.is_none_or(black);
+        let glass =
+            matches!(self.illumination, 4 | 6 | 7 | 9) && self.ior.is_some_and(|ior| ior > 0.0 && ior != 1.0);
+        let shiny = self.specular.is_some_and(|c| !black(c)) && self.illumination != 1;
+        // A Phong lobe of exponent n is as wide as a Beckmann lobe of alpha^2 = 2 / (n + 2); alpha is roughness^2.
+        let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).powf(0.25));
+        let smooth = if mirror || glass { Some(0.0) } else { None };
+        let base_color = if mirror { self.specular } else { self.diffuse }.unwrap_or(plain.base_color);
+        Material {
+            base_color: if glass && black(base_color) { [1.0; 3] } else { base_color }
+                .map(|c| c.clamp(0.0, 1.0)),
+            alpha: if glass { 1.0 } else { self.opacity.unwrap_or(1.0).clamp(0.0, 1.0) },
+            emission: self.emission.map(|c| c.max(0.0)),
+            metallic: self.metallic.unwrap_or(if mirror { 1.0 } else { 0.0 }).clamp(0.0, 1.0),
+            roughness: self.roughness.or(smooth).or(lobe).unwrap_or(plain.roughness).clamp(0.0, 1.0),
+            transmission: if glass { 1.0 } else { 0.0 },
+            ior: self.ior.filter(|&ior| ior >= 1.0).unwrap_or(plain.ior),
+            name: self.name,
+            ..plain
+        }
+    }
+}
+
+/// A material's name as written: all of the line, blanks inside included.
+pub(super) fn material_name(rest: &[u8]) -> String {
+    String::from_utf8_lossy(rest.trim_ascii()).into_owned()
+}
+
+fn number(rest: &[u8]) -> Option<f32> {
+    words(rest).next().and_then(parse_f64).map(|x| x as f32).filter(|x| x.is_finite())
+}
+
+/// `r`, or `r g b`, or `xyz x y z`, taken as if it were RGB. Spectra are not read.
+fn color(rest: &[u8]) -> Option<[f32; 3]> {
+    let mut values = words(rest).skip_while(|word| *word == b"xyz").map(number);
+    let red = values.next()??;
+    match values.next() {
+        None => Some([red; 3]),
+        Some(green) => Some([red, green?, values.next()??]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Collect, write_file};
+
+    fn library(text: &str) -> (Library, Vec<String>) {
+        let (dir, path) = write_file("a.mtl", text.as_bytes());
+        let (options, mut sink) = Default::default();
+        let mut out = Emitter::new(&options, &mut sink as &mut Collect, 0);
+        let mut library = Library::new();
+        read(&path, &mut library, &mut out).unwrap();
+        drop(dir);
+        (library, out.finish().unwrap().report.warnings)
+    }
+
+    #[test]
+    fn phong_becomes_metallic_roughness() {
+        let (library, warnings) = library(
+            "\u{feff}# c\r\nnewmtl  red wall \r\nKd 1 0 0\r\nd 0.5\r\n\tnewmtl glass\nKd 0 0 0\nNi 1.5\nillum 7\n\
+             newmtl mirror\nKd 0 0 0\nKs .9\nillum 3\nnewmtl lamp\nKe 4 4 4\nKd 0.5\nnewmtl lamp\nKd 0 0 0",
+        );
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!((library["red wall"].base_color, library["red wall"].alpha), ([1.0, 0.0, 0.0], 0.5));
+        assert_eq!((library["glass"].transmission, library["glass"].ior), (1.0, 1.5));
+        assert_eq!((library["mirror"].metallic, library["mirror"].roughness), (1.0, 0.0));
+        assert_eq!((library["lamp"].emission, library["lamp"].base_color), ([4.0; 3], [0.5; 3]));
+    }
+
+    #[test]
+    fn odd_lines_cost_only_themselves() {
+        let (library, warnings) = library("Kd 1 1 1\nnewmtl a\nKd x\nmap_Kd\nNs\nKs 1 0\nKd 0.1 0.2 0.3");
+        assert_eq!(library["a"].base_color, [0.1, 0.2, 0.3]);
+        assert_eq!(warnings.len(), 2);
+        assert!(warnings[0].contains("line 3"), "{warnings:?}");
+    }
+}

@@ -1,0 +1,136 @@
+use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
+use crate::{Dropped, Import, ImportError, ImportOptions, Place};
+
+fn read(text: &str) -> (Import, Collect) {
+    import_bytes("model.obj", text.as_bytes()).unwrap()
+}
+
+fn error(text: &[u8]) -> ImportError {
+    import_bytes("model.obj", text).unwrap_err()
+}
+
+const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const TRIANGLE: [[f64; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+
+#[test]
+fn all_ways_to_write_a_face() {
+    for face in
+        ["f 1 2 3", "f 1/1 2/2 3/3", "f 1//1 2//2 3//3", "f 1/1/1 2/2/2 3/3/3", "f -4 -3 -2", "f 1/ 2/ 3/"]
+    {
+        let (_, sink) = read(&format!("{CORNERS}{face}"));
+        assert_eq!(sink.triangles(), [(0, TRIANGLE)], "{face}");
+    }
+}
+
+#[test]
+fn odd_white_space() {
+    let texts = [
+        "\u{feff}v 0 0 0\r\nv  1\t0 0 \r\n  v 1 1 0 1.0 0.5 0.5\r\n\tf 1  2\t3 # c\r\n",
+        "v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3",
+        "v 0 \\\n0 0\nv 1 0 0\n# c \\\nv 1 1 0\nf 1 \\\r\n 2 \\\r\n 3",
+    ];
+    for text in texts {
+        assert_eq!(read(text).1.triangles(), [(0, TRIANGLE)], "{text:?}");
+    }
+}
+
+#[test]
+fn polygons_are_cut_and_numbered() {
+    let (done, sink) = read(&format!("{CORNERS}f 1 2 3 4\nf 1 2 3\nf 1 2\nl 1 2\n"));
+    let ids: Vec<_> = sink.triangles().iter().map(|(id, _)| *id).collect();
+    assert_eq!(ids, [0, 1, 2]);
+    assert_eq!(sink.0[0].positions.len(), 4);
+    assert_eq!(done.report.warnings.len(), 2, "{:?}", done.report.warnings);
+}
+
+#[test]
+fn vertices_may_come_after_their_faces() {
+    let (_, sink) = read(&format!("f 1 2 3\n{CORNERS}f 1 2 4\n"));
+    assert_eq!(sink.triangles().len(), 2);
+    assert_eq!(sink.triangles()[0], (0, TRIANGLE));
+}
+
+#[test]
+fn a_geometry_for_each_material() {
+    let mtl = b"newmtl red one\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+    let (dir, _keep) = write_file("my colors.mtl", mtl);
+    let path = dir.path().join("model.obj");
+    let faces =
+        "f 1 2 3\nusemtl red one\nf 1 2 3\nusemtl none\nf 1 2 3\nusemtl red one\nf 1 2 3\nusemtl unused";
+    std::fs::write(&path, format!("{CORNERS}mtllib missing.mtl my colors.mtl\n{faces}")).unwrap();
+    let (done, sink) = import_path(&path, &ImportOptions::default()).unwrap();
+    let names: Vec<_> = done.scene.geometries.iter().map(|g| g.name.as_str()).collect();
+    assert_eq!(names, ["", "red one", "none"]);
+    assert_eq!(done.scene.materials[1].base_color, [1.0, 0.0, 0.0]);
+    assert_eq!(
+        sink.0.iter().map(|b| (b.geometry, b.first_triangle_id)).collect::<Vec<_>>(),
+        [(0, 0), (1, 1), (2, 2), (1, 3)]
+    );
+    assert_eq!(done.report.warnings.len(), 2, "{:?}", done.report.warnings);
+}
+
+#[test]
+fn libraries_outside_the_folder_are_not_read() {
+    for name in ["../a.mtl", "/etc/passwd", "http://host/a.mtl", "C:\\a.mtl"] {
+        let (done, _) = read(&format!("mtllib {name}\n{CORNERS}f 1 2 3\n"));
+        assert!(done.report.warnings[0].contains("is not read"), "{:?}", done.report.warnings);
+    }
+}
+
+#[test]
+fn impossible_indices_are_errors_or_dropped() {
+    for (face, index) in [("1 2 0", 0), ("1 2 9", 9), ("-1 -2 -5", -5), ("1 2 3 99999999999", 99999999999)] {
+        let text = format!("{CORNERS}f 1 2 3\nf {face}\nf 1 2 3\n");
+        match error(text.as_bytes()) {
+            ImportError::IndexOutOfRange { place: Place::Line(6), index: found, vertex_count: 4, .. } => {
+                assert_eq!(found, index);
+            }
+            other => panic!("{other:?}"),
+        }
+        let (_dir, path) = write_file("model.obj", text.as_bytes());
+        let (done, sink) = import_path(&path, &ImportOptions { drop_out_of_range: true }).unwrap();
+        let lost = face.split(' ').count() as u64 - 2;
+        assert_eq!(done.report.dropped, Dropped { non_finite: 0, out_of_range: lost });
+        assert_eq!(sink.triangles().iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0, 1 + lost]);
+    }
+}
+
+#[test]
+fn triangles_at_infinity_are_dropped() {
+    let (done, sink) = read(&format!("{CORNERS}v nan 0 0\nv 1e19 0 0\nf 1 2 3\nf 1 2 5\nf 6 2 3\nf 1 2 3\n"));
+    assert_eq!(done.report.dropped, Dropped { non_finite: 1, out_of_range: 1 });
+    assert_eq!(sink.triangles(), [(0, TRIANGLE), (3, TRIANGLE)]);
+    assert_eq!(sink.0.iter().map(|b| b.positions.len()).collect::<Vec<_>>(), [3, 3]);
+}
+
+#[test]
+fn broken_lines_are_named() {
+    for text in ["v 0 0 0\nv 1 x 0\n", "v 0 0 0\nv 1\n", "v 0 0 0\nf 1 1 a\n"] {
+        assert!(error(text.as_bytes()).to_string().contains("line 2"), "{text}");
+    }
+    assert!(error(b"\xff\xfev\0 \x000\0").to_string().contains("UTF-8"));
+    assert!(error(b"v\0 \x000\0").to_string().contains("UTF-8"));
+    assert!(matches!(error(b"v 0 0 0\np 1\n"), ImportError::NoTriangles { .. }));
+    assert!(matches!(error(b""), ImportError::NoTriangles { .. }));
+    assert!(matches!(error(b"v nan 0 0\nf 1 1 1"), ImportError::NoTriangles { .. }));
+}
+
+#[test]
+fn every_beginning_of_a_file() {
+    import_all_prefixes(
+        "model.obj",
+        b"mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\\\n\nv 1 1 0\nf 1/1 2//3 -1\nf 1 2 3",
+    );
+}
+
+#[test]
+fn large_files_come_in_full_batches() {
+    let mut text = String::new();
+    for i in 0..100_000 {
+        text += &format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nf -3 -2 -1\n");
+    }
+    let (done, sink) = read(&text);
+    assert_eq!(done.report.triangles, 100_000);
+    assert!(sink.0.len() <= 4 && sink.0.iter().all(|b| b.positions.len() == 3 * b.triangles.len()));
+    assert_eq!(sink.triangles()[99_999].1[0], [99_999.0, 0.0, 0.0]);
+}

@@ -1,0 +1,331 @@
+//! PLY, the polygon file format, in all three encodings.
+//!
+//! The file is mapped. In binary files vertices stay where they are and are decoded whenever a face names them, so
+//! that memory does not grow with the file; only text, and vertices with lists among their properties, are kept
+//! apart. Elements may come in any order with any properties; those that do not matter are skipped.
+
+mod header;
+mod values;
+
+use crate::emit::{Emitter, Vertices};
+use crate::map::Map;
+use crate::{ImportError, Place, Result};
+use header::{Element, Encoding, Header, Kind, Scalar};
+use std::path::Path;
+use values::{Binary, Missing, Text, Value, Values, decode};
+
+/// Rows between two reports of progress.
+const ROWS_BETWEEN: u64 = 1 << 17;
+
+/// Reads the file at `path` and says in words what it holds.
+pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
+    let map = Map::open(path)?;
+    let header = Header::parse(path, &map)?;
+    let mut reader = Reader { path, map: &map, header: &header, out, corners: Vec::new(), small_faces: 0 };
+    match header.encoding {
+        Encoding::Ascii => reader.body(Text::new(&map, header.bytes))?,
+        Encoding::LittleEndian => reader.body(Binary::<false>::new(&map, header.bytes))?,
+        Encoding::BigEndian => reader.body(Binary::<true>::new(&map, header.bytes))?,
+    }
+    if reader.small_faces > 0 {
+        let count = reader.small_faces;
+        reader.out.warn(path, format_args!("{count} faces with less than three corners are left out"));
+    }
+    let elements: Vec<_> =
+        header.elements.iter().map(|e| format!("{} rows of '{}'", e.count, e.name)).collect();
+    Ok(if elements.is_empty() {
+        "it has no elements".into()
+    } else {
+        format!("it has {}", elements.join(", "))
+    })
+}
+
+struct Reader<'a, 'b> {
+    path: &'a Path,
+    map: &'a Map,
+    header: &'a Header,
+    out: &'a mut Emitter<'b>,
+    corners: Vec<u32>,
+    small_faces: u64,
+}
+
+impl<'a> Reader<'a, '_> {
+    fn body<V: Values>(&mut self, mut values: V) -> Result<()> {
+        let mut vertices = None;
+        let mut before_vertices = Vec::new();
+        let header = self.header;
+        for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
+            self.check_count(element, &values)?;
+            match (element.name.as_str(), &vertices) {
+                ("vertex", None) => vertices = Some(self.vertices(element, &mut values)?),
+                ("vertex", Some(_)) => return Err(self.element_error(element, "comes twice; export again")),
+                ("face" | "tristrips", Some(vertices)) => self.faces(element, &mut values, vertices)?,
+                ("face" | "tristrips", None) => {
+                    before_vertices.push((element, values.clone()));
+                    self.skip(element, &mut values)?;
+                }
+                _ => self.skip(element, &mut values)?,
+            }
+        }
+        let vertices = vertices.unwrap_or(PlyVertices::Kept(Vec::new()));
+        before_vertices
+            .into_iter()
+            .try_for_each(|(element, mut values)| self.faces(element, &mut values, &vertices))
+    }
+
+    /// A count that the rest of the file cannot hold is refused before anything is done with it.
+    fn check_count(&self, element: &Element, values: &impl Values) -> Result<()> {
+        let least = element.count.checked_mul(element.min_row_bytes(self.header.encoding));
+        if least.is_some_and(|least| least <= values.bytes_left()) {
+            return Ok(());
+        }
+        let what = format!(
+            "element '{}' has {} rows, which the {} bytes left cannot hold; the file is cut off, get it again",
+            element.name,
+            element.count,
+            values.bytes_left()
+        );
+        Err(ImportError::syntax(self.path, values.place(), what))
+    }
+
+    fn element_error(&self, element: &Element, what: &str) -> ImportError {
+        ImportError::syntax(self.path, Place::Whole, format_args!("element '{}' {what}", element.name))
+    }
+
+    fn vertices<V: Values>(&mut self, element: &Element, values: &mut V) -> Result<PlyVertices<'a>> {
+        let mut axes = [(0, Scalar::F32); 3];
+        for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+            let property = element.find(&[name]);
+            *axis = match property.map(|property| (property, element.properties[property].kind)) {
+                Some((property, Kind::Scalar(scalar))) => (property, scalar),
+                _ => return Err(self.element_error(element, "lacks x, y or z; export it with positions")),
+            };
+        }
+        if let (Some(stride), true) = (element.row_bytes(), self.header.encoding != Encoding::Ascii) {
+            let start = values.at();
+            self.skip(element, values)?;
+            return Ok(PlyVertices::Mapped(Mapped {
+                map: self.map,
+                rows: &self.map[start..values.at()],
+                stride,
+                axes: axes.map(|(property, scalar)| (row_offset(element, property), scalar)),
+                big_endian: self.header.encoding == Encoding::BigEndian,
+            }));
+        }
+        let mut positions = Vec::new();
+        for row in 0..element.count {
+            let position = vertex(element, values, axes.map(|(property, _)| property));
+            positions.push(position.map_err(|missing| self.row_error(values, missing, element, row))?);
+            self.tick(values, row);
+        }
+        Ok(PlyVertices::Kept(positions))
+    }
+
+    fn faces<V: Values>(&mut self, element: &Element, values: &mut V, vertices: &PlyVertices) -> Result<()> {
+        if element.count == 0 {
+            return Ok(());
+        }
+        let indices = element.find(&["vertex_indices", "vertex_index"]);
+        if indices.is_none_or(|i| matches!(element.properties[i].kind, Kind::Scalar(_))) {
+            return Err(self.element_error(element, "lacks the list vertex_indices; export it with faces"));
+        }
+        let material = self.out.default_material();
+        let geometry = self.out.geometry("", material);
+        for row in 0..element.count {
+            for (i, property) in element.properties.iter().enumerate() {
+                match property.kind {
+                    Kind::List { count, item } if Some(i) == indices => {
+                        let length = list_length(values, count);
+                        let length =
+                            length.map_err(|missing| self.row_error(values, missing, element, row))?;
+                        if element.name == "face" {
+                            self.face(geometry, element, values, vertices, (row, length, item))?;
+                        } else {
+                            self.strip(geometry, element, values, vertices, (row, length, item))?;
+                        }
+                    }
+                    kind => skip_value(values, kind)
+                        .map_err(|missing| self.row_error(values, missing, element, row))?,
+                }
+            }
+            self.tick(values, row);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn face<V: Values>(
+        &mut self,
+        geometry: u32,
+        element: &Element,
+        values: &mut V,
+        vertices: &PlyVertices,
+        (row, length, item): (u64, u64, Scalar),
+    ) -> Result<()> {
+        let start = values.clone();
+        // Nearly all faces of large files; what is odd about others is found below.
+        if length == 3
+            && let Some([a, b, c]) = values.triangle(item)
+        {
+            return self.out.polygon(geometry, vertices, &[a, b, c], self.path, || start.place());
+        }
+        *values = start.clone();
+        self.corners.clear();
+        let impossible = values.indices(item, length, &mut self.corners);
+        let impossible = impossible.map_err(|missing| self.row_error(values, missing, element, row))?;
+        if length < 3 {
+            self.small_faces += 1;
+            return Ok(());
+        }
+        if let Some(index) = impossible {
+            return self.out.out_of_range(length - 2, self.path, start.place(), index, vertices.count());
+        }
+        self.out.polygon(geometry, vertices, &self.corners, self.path, || start.place())
+    }
+
+    /// A row of triangle strips, separated by -1. Every other triangle of a strip is turned; those that only lead
+    /// from one strip to the next, naming a vertex twice, are left out.
+    fn strip<V: Values>(
+        &mut self,
+        geometry: u32,
+        element: &Element,
+        values: &mut V,
+        vertices: &PlyVertices,
+        (row, length, item): (u64, u64, Scalar),
+    ) -> Result<()> {
+        let (mut a, mut b, mut position) = (0, 0, 0u64);
+        for _ in 0..length {
+            let start = values.clone();
+            let index =
+                values.integer(item).map_err(|missing| self.row_error(values, missing, element, row))?;
+            if index == -1 {
+                position = 0;
+                continue;
+            }
+            let Ok(c) = u32::try_from(index) else {
+                self.out.out_of_range(1, self.path, start.place(), index, vertices.count())?;
+                position = 0;
+                continue;
+            };
+            if position >= 2 && a != b && b != c && a != c {
+                let corners = if position % 2 == 0 { [a, b, c] } else { [b, a, c] };
+                self.out.polygon(geometry, vertices, &corners, self.path, || start.place())?;
+            }
+            (a, b) = (b, c);
+            position += 1;
+        }
+        Ok(())
+    }
+
+    fn skip<V: Values>(&mut self, element: &Element, values: &mut V) -> Result<()> {
+        if let (Some(row_bytes), true) = (element.row_bytes(), self.header.encoding != Encoding::Ascii) {
+            let skipped = values.skip(Scalar::U8, element.count * row_bytes as u64);
+            return skipped.map_err(|missing| self.row_error(values, missing, element, 0));
+        }
+        for row in 0..element.count {
+            for property in &element.properties {
+                skip_value(values, property.kind)
+                    .map_err(|missing| self.row_error(values, missing, element, row))?;
+            }
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn row_error(&self, values: &impl Values, missing: Missing, element: &Element, row: u64) -> ImportError {
+        values::error(self.path, values, missing, &element.name, row)
+    }
+
+    #[inline]
+    fn tick(&mut self, values: &impl Values, row: u64) {
+        if row.is_multiple_of(ROWS_BETWEEN) {
+            self.out.advance(values.at() as u64);
+        }
+    }
+}
+
+fn vertex(element: &Element, values: &mut impl Values, axes: [usize; 3]) -> Value<[f64; 3]> {
+    let mut position = [0.0; 3];
+    for (i, property) in element.properties.iter().enumerate() {
+        match (property.kind, axes.iter().position(|&axis| axis == i)) {
+            (Kind::Scalar(scalar), Some(axis)) => position[axis] = values.number(scalar)?,
+            (kind, _) => skip_value(values, kind)?,
+        }
+    }
+    Ok(position)
+}
+
+#[inline]
+fn list_length(values: &mut impl Values, count: Scalar) -> Value<u64> {
+    let length = values.integer(count)?;
+    u64::try_from(length).map_err(|_| Missing::NegativeLength)
+}
+
+#[inline]
+fn skip_value(values: &mut impl Values, kind: Kind) -> Value<()> {
+    match kind {
+        Kind::Scalar(scalar) => values.skip(scalar, 1),
+        Kind::List { count, item } => {
+            let length = list_length(values, count)?;
+            values.skip(item, length)
+        }
+    }
+}
+
+fn row_offset(element: &Element, property: usize) -> usize {
+    let bytes = |kind| if let Kind::Scalar(scalar) = kind { scalar.bytes() } else { 0 };
+    element.properties[..property].iter().map(|property| bytes(property.kind)).sum()
+}
+
+enum PlyVertices<'a> {
+    Mapped(Mapped<'a>),
+    Kept(Vec<[f64; 3]>),
+}
+
+/// Vertices of a binary file, in place.
+struct Mapped<'a> {
+    map: &'a Map,
+    rows: &'a [u8],
+    stride: usize,
+    /// For x, y and z the offset in the row.
+    axes: [(usize, Scalar); 3],
+    big_endian: bool,
+}
+
+impl Mapped<'_> {
+    #[inline]
+    fn position(&self, index: u32) -> [f64; 3] {
+        let row = &self.rows[index as usize * self.stride..][..self.stride];
+        // Rows are whole: `check_count` and `skip` saw to that.
+        let axis =
+            |i: usize| decode(self.axes[i].1, &row[self.axes[i].0..], self.big_endian).unwrap_or(f64::NAN);
+        [axis(0), axis(1), axis(2)]
+    }
+}
+
+impl Vertices for PlyVertices<'_> {
+    #[inline]
+    fn count(&self) -> u64 {
+        match self {
+            PlyVertices::Mapped(mapped) => (mapped.rows.len() / mapped.stride) as u64,
+            PlyVertices::Kept(positions) => positions.count(),
+        }
+    }
+
+    #[inline]
+    fn position(&self, index: u32) -> [f64; 3] {
+        match self {
+            PlyVertices::Mapped(mapped) => mapped.position(index),
+            PlyVertices::Kept(positions) => positions.position(index),
+        }
+    }
+
+    fn release(&self) {
+        if let PlyVertices::Mapped(mapped) = self {
+            mapped.map.release();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

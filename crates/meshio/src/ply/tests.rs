@@ -1,0 +1,157 @@
+use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
+use crate::{Import, ImportError, ImportOptions, Place};
+
+fn read(bytes: &[u8]) -> (Import, Collect) {
+    import_bytes("model.ply", bytes).unwrap()
+}
+
+fn error(bytes: &[u8]) -> ImportError {
+    import_bytes("model.ply", bytes).unwrap_err()
+}
+
+const ASCII: &str = "ply\nformat ascii 1.0\ncomment c\nobj_info o\nelement vertex 4\nproperty float x\nproperty float y\n\
+    property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+
+const SQUARE: [[[f64; 3]; 3]; 2] = [
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+    [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+];
+
+/// A square in binary, faces before vertices if asked, with things in it that do not matter.
+fn binary(big_endian: bool, faces_first: bool) -> Vec<u8> {
+    let name = if big_endian { "big" } else { "little" };
+    let number =
+        |bytes: &[u8]| if big_endian { bytes.iter().rev().copied().collect() } else { bytes.to_vec() };
+    let mut vertices = Vec::new();
+    for [z, x, y] in [[0.0f32, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]] {
+        vertices.push(7);
+        vertices.extend(number(&f64::from(z).to_le_bytes()));
+        vertices.extend(number(&x.to_le_bytes()));
+        vertices.extend(number(&y.to_le_bytes()));
+    }
+    let mut faces = vec![2, 9, 9, 4];
+    for index in [0u16, 1, 2, 3] {
+        faces.extend(number(&index.to_le_bytes()));
+    }
+    faces.push(1);
+    let (vertex, face) = (
+        "element vertex 4\r\nproperty uchar red\r\nproperty double z\r\nproperty float32 x\r\nproperty float y\r\n",
+        "element face 1\r\nproperty list uint8 char flags\r\nproperty list uchar ushort vertex_index\r\nproperty int8 a\r\n",
+    );
+    let header = |elements: [&str; 3]| {
+        format!("ply\r\nformat binary_{name}_endian 1.0\r\n{}end_header\r\n", elements.concat()).into_bytes()
+    };
+    let other = "element other 2\r\nproperty short s\r\n";
+    if faces_first {
+        [header([face, other, vertex]), faces, vec![0; 4], vertices].concat()
+    } else {
+        [header([other, vertex, face]), vec![0; 4], vertices, faces].concat()
+    }
+}
+
+#[test]
+fn all_encodings_hold_the_same_square() {
+    let old_mac = ASCII.replace('\n', "\r").into_bytes();
+    let windows = ASCII.replace('\n', "\r\n").into_bytes();
+    let mut files = vec![ASCII.as_bytes().to_vec(), old_mac, windows];
+    files.extend(
+        [(false, false), (true, false), (false, true), (true, true)].map(|(big, first)| binary(big, first)),
+    );
+    for file in files {
+        let (_, sink) = read(&file);
+        let triangles: Vec<_> = sink.triangles().into_iter().map(|(_, triangle)| triangle).collect();
+        assert_eq!(triangles, SQUARE, "{}", String::from_utf8_lossy(&file));
+    }
+}
+
+#[test]
+fn vertices_with_lists_are_read_row_by_row() {
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty list uchar uchar n\nproperty float x\n\
+        property float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let mut file = header.as_bytes().to_vec();
+    for i in 0..3u8 {
+        file.push(i);
+        file.extend(vec![255; i.into()]);
+        file.extend([f32::from(i), f32::from(i % 2), 0.0].map(f32::to_le_bytes).concat());
+    }
+    file.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    assert_eq!(read(&file).1.triangles(), [(0, [[0.0; 3], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]])]);
+    import_all_prefixes("model.ply", &file);
+}
+
+#[test]
+fn strips_turn_every_other_triangle() {
+    let text = ASCII.replace("face", "tristrips").replace("\n4 0 1 2 3", "\n9 0 1 3 2 -1 0 1 1 2");
+    let (_, sink) = read(text.as_bytes());
+    let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(sink.triangles(), [(0, [a, b, d]), (1, [d, b, c])]);
+}
+
+#[test]
+fn every_beginning_of_a_file() {
+    import_all_prefixes("model.ply", ASCII.trim_end().as_bytes());
+    for (big_endian, faces_first) in [(false, false), (true, true)] {
+        import_all_prefixes("model.ply", &binary(big_endian, faces_first));
+    }
+}
+
+#[test]
+fn huge_counts_are_refused_at_once() {
+    for count in ["1152921504606846976", "18446744073709551615", "5"] {
+        for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            for element in ["vertex 4", "face 1"] {
+                let name = element.split(' ').next().unwrap();
+                let text = ASCII.replace("ascii", encoding).replace(element, &format!("{name} {count}"));
+                assert!(matches!(error(text.as_bytes()), ImportError::Syntax { .. }));
+            }
+        }
+    }
+    // An element without properties has no bytes to compare with.
+    let text = ASCII.replace("element face", "element nothing 18446744073709551615\nelement face");
+    assert_eq!(read(text.as_bytes()).0.report.triangles, 2);
+    let list = ASCII.replace("uchar int", "uint int").replace("\n4 0", "\n4294967295 0");
+    assert!(matches!(error(list.as_bytes()), ImportError::Syntax { .. }));
+}
+
+#[test]
+fn impossible_indices_are_errors_or_dropped() {
+    for index in ["-1", "4", "4294967296"] {
+        let text = ASCII.replace("\n4 0 1 2 3", &format!("\n4 0 1 2 {index}")).replace("face 1", "face 2")
+            + "3 0 1 2";
+        let ImportError::IndexOutOfRange { place: Place::Line(15), index: found, .. } =
+            error(text.as_bytes())
+        else {
+            panic!("{index}");
+        };
+        assert_eq!(found.to_string(), index);
+        let (_dir, path) = write_file("model.ply", text.as_bytes());
+        let (done, sink) = import_path(&path, &ImportOptions { drop_out_of_range: true }).unwrap();
+        assert_eq!(done.report.dropped.out_of_range, 2);
+        assert_eq!(sink.triangles()[0].0, 2);
+    }
+}
+
+#[test]
+fn broken_headers_are_named() {
+    for (from, to) in [
+        ("ply", "plx"),
+        ("format ascii 1.0\n", ""),
+        ("ascii", "utf8"),
+        ("1.0", "2.0"),
+        ("element vertex 4\n", ""),
+        ("vertex 4", "vertex -4"),
+        ("float x", "float16 x"),
+        ("float x", "float w"),
+        ("list uchar", "list float"),
+        ("vertex_indices", "something"),
+        ("end_header", "end"),
+        ("0 0 0 1", "0 a 0 1"),
+        ("4 0 1", "-4 0 1"),
+        ("element face", "element vertex"),
+    ] {
+        let error = error(ASCII.replacen(from, to, 1).as_bytes());
+        assert!(matches!(error, ImportError::Syntax { .. }), "{from} -> {to}: {error}");
+    }
+    let points = ASCII.replace("face 1", "face 0").replace("4 0 1 2 3\n", "");
+    assert!(matches!(error(points.as_bytes()), ImportError::NoTriangles { .. }));
+}

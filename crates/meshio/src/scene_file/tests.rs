@@ -1,0 +1,134 @@
+use crate::testing::{Collect, import_path};
+use crate::{Import, ImportError, ImportOptions, Progress, TriangleBatch, TriangleSink, import};
+use raystrips_geom::scene::{Projection, Sky};
+use std::io;
+
+const MODEL: &str = "mtllib m.mtl\nusemtl wall\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+fn read(scene: &str) -> Result<(Import, Collect), ImportError> {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("scenes")).unwrap();
+    std::fs::write(dir.path().join("model.obj"), MODEL).unwrap();
+    std::fs::write(dir.path().join("m.mtl"), "newmtl wall\nKd 1 0 0\n").unwrap();
+    let path = dir.path().join("scenes/scene.toml");
+    std::fs::write(&path, scene).unwrap();
+    import_path(&path, &ImportOptions::default())
+}
+
+const PLACED: &str = "[[model]]\nfile = '../model.obj'\n";
+
+#[test]
+fn the_example_of_the_documentation() {
+    let text = include_str!("../scene_file.rs").split("```").nth(1).unwrap();
+    let text = text.trim_start_matches("toml").replace("//!", "").replace("box.obj", "../model.obj");
+    let (done, sink) = read(&text).unwrap();
+    assert_eq!(done.scene.materials[done.scene.geometries[0].material as usize].base_color, [0.8; 3]);
+    assert!(matches!(done.scene.sky, Some(Sky::Gradient { .. })));
+    assert_eq!((done.scene.lights.len(), done.scene.cameras.len()), (1, 1));
+    // Doubled, then x turns to -z, then moved.
+    let corner = sink.triangles()[0].1[1];
+    assert!((corner[0] - 1.0).abs() < 1e-9 && (corner[2] + 2.0).abs() < 1e-9, "{corner:?}");
+}
+
+#[test]
+fn placements_materials_and_cameras() {
+    let matrix = "matrix = [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1]\n";
+    let other =
+        "[[material]]\nname = 'other'\nmetallic = 1\n[[material]]\nname = 'wall'\nemission = [1, 1, 1]\n";
+    let camera = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[sky]\ncolor = [1, 1, 1]\n";
+    let text =
+        format!("\u{feff}{PLACED}{PLACED}material = 'other'\n{matrix}{other}{camera}").replace('\n', "\r\n");
+    let (done, sink) = read(&text).unwrap();
+    assert_eq!(sink.triangles()[0].1, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(sink.triangles()[1].1, [[5.0, 0.0, 0.0], [5.0, 1.0, 0.0], [6.0, 0.0, 0.0]]);
+    let material = |i: usize| &done.scene.materials[done.scene.geometries[i].material as usize];
+    assert_eq!((material(0).base_color, material(0).emission), ([1.0, 0.0, 0.0], [1.0; 3]));
+    assert_eq!((material(1).name.as_str(), material(1).metallic), ("other", 1.0));
+    let camera = &done.scene.cameras[0];
+    assert_eq!((camera.forward, camera.up), ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]));
+    assert_eq!(camera.projection, Projection::Perspective { vertical_fov: 40f32.to_radians() });
+    assert_eq!(done.scene.sky, Some(Sky::Constant([1.0; 3])));
+    assert!(done.report.warnings.is_empty(), "{:?}", done.report.warnings);
+}
+
+#[test]
+fn mistakes_are_named() {
+    for (text, part) in [
+        ("", "[[model]]"),
+        ("[[model]]\nfile = 'x.toml'", "scene file"),
+        ("[[model]]\nfile = 'missing.obj'", "missing.obj"),
+        ("[[model]]\nfile = 'x.obj'\nscael = 1", "line 3"),
+        ("[[model]]\nfile = 'x.obj'\nscale = 'a'", "line 3"),
+        ("[[model]]\nfile = 'x.obj'\nscale = 0", "model[0]"),
+        ("[[model]]\nfile = 'x.obj'\nscale = nan", "model[0]"),
+        ("[[model]]\nfile = 'x.obj'\nmatrix = [1]", "line 3"),
+        ("[[model]]\nfile = 'x.obj'\nmaterial = 'm'", "'m'"),
+        ("[[model]]\nfile = 'x.obj'\n[camera]\nposition = [0,0,0]\ntarget = [0,0,0]", "camera.target"),
+        ("[[model]]\nfile = 'x.obj'\n[camera]\nposition = [0,1,0]\ntarget = [0,0,0]", "camera.up"),
+        ("[[model]]\nfile = 'x.obj'\n[sky]\nzenith = [0,0,0]", "sky"),
+        ("[[model]]\nfile = 'x.obj'\n[[light]]\ntype = 'point'\nintensity = [1,1,1]", "position"),
+        ("[[model]]\nfile = 'x.obj'\n[[light]]\ntype = 'area'", "area"),
+        ("[[model]]\nfile = 'x.obj'\n[[material]]\nname = 'a'\nalpha = 2", "material[0].alpha"),
+        ("[[model]\n", "line 1"),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        let error =
+            import(&[path], &ImportOptions::default(), &mut Collect::default()).unwrap_err().to_string();
+        assert!(!error.contains('\n') && error.contains(part), "{part}: {error}");
+    }
+    let unused = read(&format!("{PLACED}[[material]]\nname = 'a'")).unwrap().0;
+    assert!(unused.report.warnings[0].contains("'a'"));
+}
+
+#[test]
+fn several_inputs_share_a_scene() {
+    let dir = tempfile::tempdir().unwrap();
+    let paths = ["a.obj", "b.obj"].map(|name| dir.path().join(name));
+    for path in &paths {
+        std::fs::write(path, MODEL).unwrap();
+    }
+    let mut sink = Collect::default();
+    let done = import(&paths, &ImportOptions::default(), &mut sink).unwrap();
+    assert_eq!(
+        sink.0.iter().map(|b| (b.first_triangle_id, b.geometry)).collect::<Vec<_>>(),
+        [(0, 0), (1, 1)]
+    );
+    assert_eq!(done.scene.materials.len(), 2);
+    for (name, part) in
+        [("missing.obj", "No such file"), ("a.xyz", "no known format"), ("", "not a regular file")]
+    {
+        std::fs::write(dir.path().join("a.xyz"), "x").unwrap();
+        let path = dir.path().join(name);
+        let error = import(&[path], &ImportOptions::default(), &mut sink).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+/// Refuses everything, and keeps the last report of progress.
+struct Full(Option<Progress>, bool);
+
+impl TriangleSink for Full {
+    fn batch(&mut self, _: TriangleBatch) -> io::Result<()> {
+        if self.1 { Err(io::Error::other("disk\nfull")) } else { Ok(()) }
+    }
+
+    fn progress(&mut self, progress: Progress) {
+        self.0 = Some(progress);
+    }
+}
+
+#[test]
+fn sinks_may_fail_and_see_progress() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    std::fs::write(&path, MODEL).unwrap();
+    let error =
+        import(std::slice::from_ref(&path), &ImportOptions::default(), &mut Full(None, true)).unwrap_err();
+    assert_eq!(error.to_string(), "triangles cannot be stored: disk full");
+    let mut sink = Full(None, false);
+    import(&[path], &ImportOptions::default(), &mut sink).unwrap();
+    let bytes = MODEL.len() as u64;
+    assert_eq!(sink.0, Some(Progress { bytes_done: bytes, bytes_total: bytes }));
+}

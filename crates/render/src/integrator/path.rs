@@ -1,0 +1,173 @@
+//! Path tracing with next-event estimation (Kajiya 1986; the estimator as in chapter 14 of "Physically Based
+//! Rendering", 3rd edition).
+//!
+//! At each surface one point of the area lights and one punctual light are sampled, and the path goes on in a
+//! direction sampled by the cosine. Area lights are found both ways and weighted by multiple importance
+//! sampling; the sky only by directions, punctual lights only by sampling.
+//!
+//! Partly opaque surfaces let a path pass by chance. Shadow rays take them as opaque, so light through them is
+//! found by chance too: after passing, a path counts what it meets in full. Punctual lights do not shine
+//! through.
+
+use super::Shader;
+use crate::{
+    interaction::SurfaceInteraction,
+    lights::{AreaLights, PunctualLights},
+    sampling::{cosine_hemisphere, power_heuristic},
+    sky,
+    wave::{Path, ShadeOutput},
+};
+use glam::Vec3;
+use raystrips_geom::{Ray, scene::Sky};
+use std::f32::consts::FRAC_1_PI;
+
+/// Russian roulette spares this many reflections: they carry most of the light.
+const ROULETTE_START: u32 = 3;
+
+/// Partly opaque surfaces that a path may pass, so that every path ends.
+const MAX_PASSED: u32 = 256;
+
+/// Weight of a point found by light sampling, of its density and that of sampling by direction. Points found by
+/// direction get the rest to 1.
+pub(crate) type LightWeight = fn(f32, f32) -> f32;
+
+/// Light by path tracing.
+pub(crate) struct PathTracer<'a> {
+    pub area_lights: AreaLights<'a>,
+    pub punctual_lights: PunctualLights<'a>,
+    pub sky: Sky,
+    pub max_bounces: u32,
+    pub light_weight: LightWeight,
+}
+
+/// Pairs of random numbers of a segment of a path.
+#[derive(Clone, Copy)]
+enum Pair {
+    Direction,
+    AreaLight,
+    PunctualLight,
+    Survival,
+}
+
+impl Pair {
+    /// Pairs of a segment.
+    const COUNT: u32 = 4;
+
+    fn of(self, path: &Path) -> [f32; 2] {
+        // Pair 0 of the path is the place in the pixel.
+        path.sampler.get_2d(1 + path.segment * Pair::COUNT + self as u32)
+    }
+}
+
+impl<'a> PathTracer<'a> {
+    pub fn new(
+        area_lights: AreaLights<'a>,
+        punctual_lights: PunctualLights<'a>,
+        sky: Sky,
+        max_bounces: u32,
+    ) -> PathTracer<'a> {
+        PathTracer { area_lights, punctual_lights, sky, max_bounces, light_weight: power_heuristic }
+    }
+
+    /// An opaque surface: what it emits, what it reflects of lamps, and the ray that finds the rest.
+    fn reflect(
+        &self,
+        path: &mut Path,
+        ray: &Ray,
+        hit: &SurfaceInteraction,
+        out: &mut ShadeOutput,
+    ) -> Option<Ray> {
+        if path.bounces == 0 {
+            out.add_first_hit(path, hit);
+        }
+        self.add_emission(path, ray, hit, out);
+        let is_black = hit.material.albedo == Vec3::ZERO;
+        if is_black || path.bounces >= self.max_bounces {
+            return None;
+        }
+        let brdf = hit.material.albedo * FRAC_1_PI;
+        self.add_area_light(path, hit, brdf, out);
+        self.add_punctual_light(path, hit, brdf, out);
+        self.scatter(path, hit)
+    }
+
+    /// Emission of the surface itself.
+    fn add_emission(&self, path: &Path, ray: &Ray, hit: &SurfaceInteraction, out: &mut ShadeOutput) {
+        let emitted = hit.material.emitted(hit.front);
+        if emitted == Vec3::ZERO {
+            return;
+        }
+        let weight = path.scatter_pdf.map_or(1.0, |scatter_pdf| {
+            let light_pdf = self.area_lights.pdf(hit.material, hit.distance, hit.n.dot(ray.dir));
+            1.0 - (self.light_weight)(light_pdf, scatter_pdf)
+        });
+        out.add(path, path.throughput * emitted * weight);
+    }
+
+    /// Light that comes straight from area lights and is reflected here.
+    fn add_area_light(&self, path: &Path, hit: &SurfaceInteraction, brdf: Vec3, out: &mut ShadeOutput) {
+        if self.area_lights.is_empty() {
+            return;
+        }
+        if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
+            let cosine = hit.n.dot(light.wi);
+            let weight = (self.light_weight)(light.pdf, cosine * FRAC_1_PI);
+            let contribution = path.throughput * brdf * light.radiance * (cosine * weight / light.pdf);
+            out.add_unless_occluded(path, light.shadow_ray, contribution);
+        }
+    }
+
+    /// Light that comes straight from punctual lights and is reflected here.
+    fn add_punctual_light(&self, path: &Path, hit: &SurfaceInteraction, brdf: Vec3, out: &mut ShadeOutput) {
+        if self.punctual_lights.is_empty() {
+            return;
+        }
+        let [u, _] = Pair::PunctualLight.of(path);
+        if let Some((ray, irradiance)) = self.punctual_lights.sample(&hit.point, hit.n, u) {
+            out.add_unless_occluded(path, ray, path.throughput * brdf * irradiance);
+        }
+    }
+
+    /// The reflected ray, unless the path ends here.
+    fn scatter(&self, path: &mut Path, hit: &SurfaceInteraction) -> Option<Ray> {
+        // Directions are sampled with the density of the cosine, so what is left of brdf cos / pdf is the albedo.
+        path.throughput *= hit.material.albedo;
+        path.bounces += 1;
+        let survival = path.throughput.max_element();
+        if path.bounces >= ROULETTE_START && survival < 1.0 {
+            if Pair::Survival.of(path)[1] >= survival {
+                return None;
+            }
+            path.throughput /= survival;
+        }
+        let (dir, cosine) = cosine_hemisphere(hit.n, Pair::Direction.of(path));
+        path.scatter_pdf = Some(cosine * FRAC_1_PI);
+        (cosine > 0.0).then(|| hit.point.spawn(hit.n, dir))
+    }
+
+    /// The same ray behind the surface.
+    fn pass(&self, path: &mut Path, ray: &Ray, hit: &SurfaceInteraction) -> Option<Ray> {
+        path.scatter_pdf = None;
+        path.passed += 1;
+        (path.passed <= MAX_PASSED).then(|| hit.point.spawn(-hit.n, ray.dir))
+    }
+}
+
+impl Shader for PathTracer<'_> {
+    fn shade(
+        &self,
+        path: &mut Path,
+        ray: &Ray,
+        hit: Option<&SurfaceInteraction>,
+        out: &mut ShadeOutput,
+    ) -> Option<Ray> {
+        let Some(hit) = hit else {
+            out.add(path, path.throughput * sky::radiance(&self.sky, ray.dir));
+            return None;
+        };
+        let passes = hit.material.alpha < 1.0 && Pair::Survival.of(path)[0] >= hit.material.alpha;
+        let next = if passes { self.pass(path, ray, hit) } else { self.reflect(path, ray, hit, out) };
+        path.segment += 1;
+        next
+    }
+}

@@ -1,0 +1,39 @@
+//! What a ray found: a point on a surface as seen from where the ray came.
+
+use crate::{
+    material::{Materials, ShadingMaterial},
+    offset::SurfacePoint,
+    world::Surface,
+};
+use glam::Vec3;
+use raystrips_geom::{Hit, Ray};
+
+/// A hit made ready for shading.
+pub(crate) struct SurfaceInteraction<'a> {
+    pub point: SurfacePoint,
+    /// The geometric normal on the side of the viewer.
+    pub n: Vec3,
+    /// The front was hit, from which the corners run counter-clockwise.
+    pub front: bool,
+    /// Distance from the ray's origin in scene units.
+    pub distance: f32,
+    pub material: &'a ShadingMaterial,
+}
+
+impl<'a> SurfaceInteraction<'a> {
+    /// `None` where nothing was hit, or a triangle without area.
+    pub fn new(materials: &'a Materials, ray: &Ray, hit: &Hit, surface: &Surface) -> Option<Self> {
+        if !hit.is_hit() {
+            return None;
+        }
+        let point = SurfacePoint::on_triangle(&surface.corners, surface.u, surface.v)?;
+        let front = point.ng.dot(ray.dir) < 0.0;
+        Some(SurfaceInteraction {
+            point,
+            n: if front { point.ng } else { -point.ng },
+            front,
+            distance: hit.t * ray.dir.length(),
+            material: materials.of(surface.geometry),
+        })
+    }
+}

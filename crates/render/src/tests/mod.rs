@@ -1,0 +1,6 @@
+//! Tests of whole pictures against what is known of them.
+
+mod determinism;
+mod files;
+mod integrators;
+mod light;

@@ -1,0 +1,255 @@
+//! Waves: batches of paths whose rays are generated, traced and shaded in separate steps over arrays.
+//!
+//! A tile of the picture is worked through in waves of some thousand paths. Between the steps stand queues of
+//! rays, each with what is needed to go on once it is answered; nothing depends on the order in them.
+
+use crate::{
+    camera::CameraRays,
+    film::Film,
+    integrator::Shader,
+    interaction::SurfaceInteraction,
+    material::Materials,
+    params::RenderParams,
+    render::RenderStats,
+    sampler::PathSampler,
+    world::{Surface, World},
+};
+use glam::Vec3;
+use raystrips_geom::{Hit, Ray};
+use std::{mem, ops::Range, time::Instant};
+
+/// Pixels along a side of a tile.
+pub(crate) const TILE_EXTENT: u32 = 32;
+
+/// Paths in flight a thread: many enough to amortize a batch, few enough that their 4 MB stay in its cache.
+const WAVE_PATHS: u64 = 1 << 14;
+
+/// A rectangle of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tile {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Tile {
+    /// The tiles of a picture, row by row.
+    pub fn cover(width: u32, height: u32) -> Vec<Tile> {
+        let starts = |extent: u32| (0..extent).step_by(TILE_EXTENT as usize);
+        let tile =
+            |x, y| Tile { x, y, width: TILE_EXTENT.min(width - x), height: TILE_EXTENT.min(height - y) };
+        starts(height).flat_map(|y| starts(width).map(move |x| tile(x, y))).collect()
+    }
+}
+
+/// A path on its way.
+pub(crate) struct Path {
+    /// Pixel of the tile's film.
+    pub pixel: u32,
+    pub sampler: PathSampler,
+    /// Share of the light found next that reaches the pixel.
+    pub throughput: Vec3,
+    /// Density over solid angle of the current direction where light sampling could have found it too.
+    pub scatter_pdf: Option<f32>,
+    /// Rays traced before the current one.
+    pub segment: u32,
+    /// Surfaces that reflected the path.
+    pub bounces: u32,
+    /// Partly opaque surfaces that the path passed.
+    pub passed: u32,
+    /// Distance traveled before the current ray.
+    pub distance: f32,
+}
+
+/// Rays that wait, each with its errand.
+#[derive(Default)]
+struct RayQueue<T> {
+    rays: Vec<Ray>,
+    errands: Vec<T>,
+}
+
+impl<T> RayQueue<T> {
+    fn push(&mut self, ray: Ray, errand: T) {
+        self.rays.push(ray);
+        self.errands.push(errand);
+    }
+
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.errands.clear();
+    }
+}
+
+/// Light that reaches a pixel unless a shadow ray finds something.
+#[derive(Default)]
+struct PendingLight {
+    pixel: u32,
+    contribution: Vec3,
+}
+
+/// Where shading leaves its results.
+pub(crate) struct ShadeOutput<'a> {
+    film: &'a mut Film,
+    shadow: &'a mut RayQueue<PendingLight>,
+}
+
+impl ShadeOutput<'_> {
+    /// Adds light to the path's pixel.
+    pub fn add(&mut self, path: &Path, light: Vec3) {
+        self.film.add(path.pixel as usize, light);
+    }
+
+    /// Adds light to the path's pixel once `ray` has been found free.
+    pub fn add_unless_occluded(&mut self, path: &Path, ray: Ray, contribution: Vec3) {
+        if contribution != Vec3::ZERO {
+            self.shadow.push(ray, PendingLight { pixel: path.pixel, contribution });
+        }
+    }
+
+    /// Records the first surface of the path.
+    pub fn add_first_hit(&mut self, path: &Path, hit: &SurfaceInteraction) {
+        let depth = path.distance + hit.distance;
+        self.film.add_first_hit(path.pixel as usize, depth, hit.material.albedo, hit.n);
+    }
+}
+
+/// What all waves of a picture share.
+pub(crate) struct WaveContext<'a> {
+    pub world: &'a dyn World,
+    pub params: &'a RenderParams,
+    pub camera: &'a CameraRays,
+    pub materials: &'a Materials,
+    pub shader: &'a dyn Shader,
+}
+
+/// The arrays of a wave, kept from wave to wave.
+#[derive(Default)]
+pub(crate) struct Wave {
+    paths: Vec<Path>,
+    /// Errands are indices of paths.
+    current: RayQueue<u32>,
+    next: RayQueue<u32>,
+    hits: Vec<Hit>,
+    surfaces: Vec<Surface>,
+    shadow: RayQueue<PendingLight>,
+    occluded: Vec<bool>,
+    stats: RenderStats,
+}
+
+impl Wave {
+    /// Renders a tile.
+    pub fn render_tile(&mut self, context: &WaveContext, tile: &Tile) -> (Film, RenderStats) {
+        let mut film = Film::new(tile.width, tile.height, context.params.aovs);
+        self.stats = RenderStats::default();
+        let sample_count = u64::from(tile.width * tile.height) * u64::from(context.params.spp);
+        for start in (0..sample_count).step_by(WAVE_PATHS as usize) {
+            self.generate(context, tile, start..sample_count.min(start + WAVE_PATHS), &mut film);
+            while !self.current.rays.is_empty() {
+                self.intersect(context);
+                self.shade(context, &mut film);
+                self.resolve_shadows(context, &mut film);
+                mem::swap(&mut self.current, &mut self.next);
+            }
+        }
+        (film, mem::take(&mut self.stats))
+    }
+
+    /// Begins the paths of a range of the tile's samples, which are numbered pixel by pixel.
+    fn generate(&mut self, context: &WaveContext, tile: &Tile, samples: Range<u64>, film: &mut Film) {
+        let start = Instant::now();
+        self.paths.clear();
+        self.current.clear();
+        let spp = u64::from(context.params.spp);
+        for sample in samples {
+            let (pixel, sample_index) = ((sample / spp) as u32, (sample % spp) as u32);
+            let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
+            let sampler = PathSampler::new([x, y], sample_index, context.params.seed);
+            film.begin_sample(pixel as usize);
+            self.current.push(camera_ray(context, x, y, &sampler), self.paths.len() as u32);
+            self.paths.push(Path {
+                pixel,
+                sampler,
+                throughput: Vec3::ONE,
+                scatter_pdf: None,
+                segment: 0,
+                bounces: 0,
+                passed: 0,
+                distance: 0.0,
+            });
+        }
+        self.stats.primary += self.paths.len() as u64;
+        self.stats.seconds.generate += start.elapsed().as_secs_f64();
+    }
+
+    fn intersect(&mut self, context: &WaveContext) {
+        let start = Instant::now();
+        self.hits.clear();
+        self.hits.resize(self.current.rays.len(), Hit::MISS);
+        context.world.intersect_batch(&self.current.rays, &mut self.hits);
+        self.surfaces.resize(self.hits.len(), Surface::default());
+        context.world.surface_batch(&self.hits, &mut self.surfaces);
+        self.stats.seconds.trace += start.elapsed().as_secs_f64();
+    }
+
+    /// Shades the hits of the current rays and fills the queues of next and shadow rays.
+    fn shade(&mut self, context: &WaveContext, film: &mut Film) {
+        let start = Instant::now();
+        self.next.clear();
+        self.shadow.clear();
+        let mut out = ShadeOutput { film, shadow: &mut self.shadow };
+        let current = self.current.rays.iter().zip(&self.current.errands);
+        for ((ray, &path_index), (hit, surface)) in current.zip(self.hits.iter().zip(&self.surfaces)) {
+            let path = &mut self.paths[path_index as usize];
+            let hit = SurfaceInteraction::new(context.materials, ray, hit, surface);
+            let next = context.shader.shade(path, ray, hit.as_ref(), &mut out);
+            path.distance += hit.map_or(0.0, |hit| hit.distance);
+            if let Some(next) = next {
+                self.next.push(next, path_index);
+            }
+        }
+        self.stats.secondary += self.next.rays.len() as u64;
+        self.stats.shadow += self.shadow.rays.len() as u64;
+        self.stats.seconds.shade += start.elapsed().as_secs_f64();
+    }
+
+    fn resolve_shadows(&mut self, context: &WaveContext, film: &mut Film) {
+        let start = Instant::now();
+        self.occluded.clear();
+        self.occluded.resize(self.shadow.rays.len(), false);
+        context.world.occluded_batch(&self.shadow.rays, &mut self.occluded);
+        let traced = Instant::now();
+        for (pending, &occluded) in self.shadow.errands.iter().zip(&self.occluded) {
+            if !occluded {
+                film.add(pending.pixel as usize, pending.contribution);
+            }
+        }
+        self.stats.seconds.trace += (traced - start).as_secs_f64();
+        self.stats.seconds.shade += traced.elapsed().as_secs_f64();
+    }
+}
+
+/// A ray through a uniform point of the pixel: a box filter of one pixel.
+fn camera_ray(context: &WaveContext, x: u32, y: u32, sampler: &PathSampler) -> Ray {
+    let [u, v] = sampler.get_2d(0);
+    let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
+    context.camera.ray(along(x, u, context.params.width), -along(y, v, context.params.height))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_every_pixel_once() {
+        for (width, height) in [(1, 1), (32, 32), (33, 65), (100, 7)] {
+            let mut seen = vec![0; (width * height) as usize];
+            for tile in Tile::cover(width, height) {
+                for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
+                    seen[((tile.y + y) * width + tile.x + x) as usize] += 1;
+                }
+            }
+            assert!(seen.iter().all(|&count| count == 1));
+        }
+    }
+}

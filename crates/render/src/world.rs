@@ -1,0 +1,61 @@
+//! What the renderer needs of the traced scene: the seam between this crate and whoever answers rays.
+
+use glam::Vec3;
+use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
+
+/// A scene that can be traced. Called from many threads at once.
+///
+/// Everything is in one space, that of the triangles; [`World::description`] is moved there.
+pub trait World: Sync {
+    /// Writes the nearest hit of `rays[i]` into `hits[i]`, [`Hit::MISS`] where there is none. The slices have
+    /// the same length.
+    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]);
+
+    /// Writes into `occluded[i]` whether anything lies on the segment of `rays[i]`. The slices have the same
+    /// length.
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]);
+
+    /// The triangle of a hit, not a miss, that [`World::intersect_batch`] returned.
+    fn surface(&self, hit: &Hit) -> Surface;
+
+    /// Writes the surface of `hits[i]` into `surfaces[i]`, and leaves it as it is for a miss. The slices have the
+    /// same length. A world that keeps triangles on disk overrides this to visit each page once.
+    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) {
+        let pairs = hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit());
+        pairs.for_each(|(hit, surface)| *surface = self.surface(hit));
+    }
+
+    /// A box around all triangles.
+    fn bounds(&self) -> Aabb;
+
+    /// Materials, lights, cameras and sky.
+    fn description(&self) -> &SceneDesc;
+
+    /// Every triangle whose material is emissive: light sampling is only right when none is missing. The order
+    /// must not change between runs, since it decides which random number picks which light.
+    fn emitters(&self) -> &[Emitter];
+}
+
+/// The triangle that was hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Index into [`SceneDesc::geometries`].
+    pub geometry: u32,
+    /// Number of the triangle, for the use of the caller.
+    pub triangle: u64,
+    /// Corners as wound in the mesh: counter-clockwise as seen from the front.
+    pub corners: [Vec3; 3],
+    /// Weight of the second corner at the point that was hit.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+}
+
+/// A triangle that emits light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// Corners as wound in the mesh: counter-clockwise as seen from the front.
+    pub corners: [Vec3; 3],
+    /// Index into [`SceneDesc::geometries`].
+    pub geometry: u32,
+}
