@@ -41,8 +41,8 @@ pub enum ImportError {
     },
     /// A face names a vertex that does not exist.
     #[error(
-        "{}{place}: vertex index {index} does not exist, there are {vertex_count} vertices; repair the file or \
-         import it with drop-out-of-range to leave such triangles out",
+        "{}{place}: vertex index {index} does not exist, there are {vertex_count} vertices; repair the file, or leave \
+         such triangles out with --drop-out-of-range",
         shown(path)
     )]
     IndexOutOfRange {

@@ -17,13 +17,17 @@ pub const FILE_HEADER_BYTES: usize = size_of::<FileHeader>();
 pub const FOOTER_BYTES: usize = size_of::<Footer>();
 /// Children of a node.
 pub const WIDTH: usize = 8;
+/// Most pages; the last number that 32 bits hold is left free.
+pub const MAX_PAGES: u64 = PageId::MAX as u64;
 /// Most levels of nodes, those above the pages and those in a page counted together.
 pub const MAX_DEPTH: usize = 128;
 /// Most vertices of a cluster, so that a byte names one.
 pub const MAX_CLUSTER_VERTICES: usize = 256;
+/// Most nodes of a page, so that 15 bits name one and the top bit is free for [`WideNode::LEAF`].
+pub const MAX_PAGE_NODES: usize = 1 << 15;
 /// Most clusters of a page, so that a byte names one.
 pub const MAX_PAGE_CLUSTERS: usize = 256;
-/// Most bytes of the strips of a cluster, so that 15 bits name one.
+/// Most bytes of the strips of a cluster with their padding, so that 15 bits name where one begins.
 pub const MAX_STRIP_BYTES: usize = 1 << 15;
 /// Most triangles of a strip.
 pub const MAX_STRIP_TRIANGLES: usize = 255;
@@ -85,7 +89,7 @@ pub enum Section {
     TopEntries = 3,
     /// [`Emitter`]s.
     Emitters = 4,
-    /// Original triangle ids: optional.
+    /// Original triangle ids; empty if none are kept.
     TriangleIds = 5,
     /// The manifest.
     Manifest = 6,

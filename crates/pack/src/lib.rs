@@ -2,7 +2,7 @@
 //!
 //! A pack (`*.rsp`) holds a scene ready to be traced: pages of Ray-Strips under wide quantized nodes, a small
 //! hierarchy above the pages, and a manifest. `FORMAT.md` beside this crate's manifest describes every byte;
-//! `tests/format.rs` holds this code against it.
+//! `tests/format.rs` and `tests/format_manifest.rs` hold this code against it.
 //!
 //! Three types for the three states of a page: [`PageBuilder`] makes its bytes, [`check_page`] distrusts them
 //! once, [`PageView`] reads what was checked.
@@ -15,8 +15,10 @@ compile_error!(
 pub mod error;
 pub mod layout;
 pub mod manifest;
+mod nodes;
 pub mod page;
 pub mod reader;
+mod sections;
 pub mod strip_record;
 pub mod writer;
 

@@ -5,8 +5,8 @@ use crate::PackError;
 use raystrips_geom::scene::SceneDesc;
 use serde::{Deserialize, Serialize};
 
-/// Most bytes that a manifest may take: some millions of named geometries.
-const MANIFEST_LIMIT: usize = 1 << 30;
+/// Most bytes of a manifest: some millions of named geometries.
+pub const MAX_MANIFEST_BYTES: usize = 1 << 27;
 
 /// What is in a pack.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,6 +66,14 @@ impl ByteCounts {
         self.vertices + self.indices + self.strip_trees + self.nodes + self.page_overhead
     }
 
+    /// All of it; `None` where that is beyond 64 bits, which only a hostile file can say.
+    pub(crate) fn total(&self) -> Option<u64> {
+        let ByteCounts { vertices, indices, strip_trees, nodes, materials, page_overhead, ids } = *self;
+        [indices, strip_trees, nodes, materials, page_overhead, ids]
+            .into_iter()
+            .try_fold(vertices, u64::checked_add)
+    }
+
     /// Component-wise sum.
     pub fn add(&mut self, other: &ByteCounts) {
         self.vertices += other.vertices;
@@ -96,19 +104,34 @@ impl Manifest {
     }
 
     pub(crate) fn encode(&self) -> Result<Vec<u8>, PackError> {
-        bincode::serde::encode_to_vec(self, config())
-            .map_err(|e| PackError::TooLarge(format!("manifest: {e}")))
+        let bytes = bincode::serde::encode_to_vec(self, bincode::config::standard())
+            .map_err(|e| PackError::TooLarge(format!("manifest: {e}")))?;
+        if bytes.len() > MAX_MANIFEST_BYTES {
+            return Err(PackError::TooLarge(
+                "names of geometries and materials fill more than 128 MiB".into(),
+            ));
+        }
+        Ok(bytes)
     }
 
     pub(crate) fn decode(bytes: &[u8]) -> Result<Manifest, PackError> {
-        match bincode::serde::decode_from_slice(bytes, config()) {
-            Ok((manifest, used)) if used == bytes.len() => Ok(manifest),
-            Ok(_) => Err(PackError::corrupt("manifest has bytes left over")),
-            Err(e) => Err(PackError::corrupt(format!("manifest: {e}"))),
+        // bincode takes memory for a string by what the file says, up to its limit, which must be a constant.
+        // It counts numbers as they are in memory: at most 8 for a byte of the file.
+        const SMALL: usize = 1 << 12;
+        const MIDDLE: usize = 1 << 18;
+        match bytes.len() {
+            n if n <= SMALL => decode_within::<{ 8 * SMALL }>(bytes),
+            n if n <= MIDDLE => decode_within::<{ 8 * MIDDLE }>(bytes),
+            n if n <= MAX_MANIFEST_BYTES => decode_within::<{ 8 * MAX_MANIFEST_BYTES }>(bytes),
+            _ => Err(PackError::corrupt("manifest: too long")),
         }
     }
 }
 
-fn config() -> impl bincode::config::Config {
-    bincode::config::standard().with_limit::<MANIFEST_LIMIT>()
+fn decode_within<const LIMIT: usize>(bytes: &[u8]) -> Result<Manifest, PackError> {
+    match bincode::serde::decode_from_slice(bytes, bincode::config::standard().with_limit::<LIMIT>()) {
+        Ok((manifest, used)) if used == bytes.len() => Ok(manifest),
+        Ok(_) => Err(PackError::corrupt("manifest: bytes left over")),
+        Err(e) => Err(PackError::corrupt(format!("manifest: {e}"))),
+    }
 }

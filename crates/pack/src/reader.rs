@@ -1,12 +1,11 @@
-//! Opens a pack: header, footer, section table, and the sections that stay in memory. Pages are not read here.
+//! Opens a pack: reads the sections that stay in memory and checks them. Pages are not read here.
 
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::Manifest;
-use crate::page::check::boxes_are_sane;
-use bytemuck::Pod;
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use crate::nodes::{Child, check_nodes};
+use crate::sections::Sections;
+use std::io::{Read, Seek};
 
 /// The resident part of a pack.
 ///
@@ -31,25 +30,18 @@ pub struct Pack {
 impl Pack {
     /// Reads all but the pages and the triangle ids, and checks it. Takes time by the number of pages, not of
     /// triangles.
-    pub fn open(file: &mut File) -> Result<Pack, PackError> {
-        let length = file.seek(SeekFrom::End(0))?;
-        check_header(file, length)?;
-        let footer: Footer = read_pod(file, length.saturating_sub(FOOTER_BYTES as u64))?;
-        if footer.magic != MAGIC || footer.file_bytes != length {
-            return Err(PackError::corrupt(format!("the file is cut off or has grown: {length} bytes")));
-        }
-        let table = read_sections(file, &footer, length)?;
-        let mut sections = Sections { file, table, length };
-        let manifest = Manifest::decode(&sections.bytes(Section::Manifest)?)?;
+    pub fn open(file: &mut (impl Read + Seek)) -> Result<Pack, PackError> {
+        let mut sections = Sections::find(file)?;
         let pack = Pack {
+            manifest: Manifest::decode(&sections.array(Section::Manifest)?)?,
             directory: sections.array(Section::Directory)?,
             top_nodes: sections.array(Section::TopNodes)?,
             top_entries: sections.array(Section::TopEntries)?,
             emitters: sections.array(Section::Emitters)?,
             triangle_ids: sections.entry(Section::TriangleIds)?,
-            file_bytes: length,
-            manifest,
+            file_bytes: sections.length,
         };
+        pack.check_manifest()?;
         pack.check_directory()?;
         pack.check_top()?;
         pack.check_scene()?;
@@ -61,23 +53,58 @@ impl Pack {
         (self.triangle_ids.offset, self.triangle_ids.bytes)
     }
 
-    /// CRC-32C of the original ids.
-    pub fn triangle_ids_checksum(&self) -> u32 {
-        self.triangle_ids.checksum
+    /// Checks the bytes at [`Pack::triangle_ids`]: their checksum, and that each names one of three corners.
+    pub fn check_triangle_ids(&self, ids: &[u8]) -> Result<(), PackError> {
+        if crc32c::crc32c(ids) != self.triangle_ids.checksum {
+            return Err(PackError::corrupt("TriangleIds section: its checksum does not match"));
+        }
+        let width = usize::from(self.manifest.id_bytes.max(1));
+        match ids.chunks(width).position(|id| id[0] & 3 == 3) {
+            Some(i) => Err(PackError::corrupt(format!("triangle id {i} names a corner that does not exist"))),
+            None => Ok(()),
+        }
+    }
+
+    fn check_manifest(&self) -> Result<(), PackError> {
+        let wrong = |what: &str| Err(PackError::corrupt(format!("manifest: {what}")));
+        let m = &self.manifest;
+        let in_order = |(min, max): (&f32, &f32)| min.is_finite() && max.is_finite() && min <= max;
+        if !m.bounds_min.iter().zip(&m.bounds_max).all(in_order) {
+            return wrong("bad bounds");
+        }
+        if !m.scene_offset.iter().all(|x| x.is_finite()) {
+            return wrong("bad scene offset");
+        }
+        if m.depth as usize > MAX_DEPTH {
+            return wrong("too deep");
+        }
+        if m.clusters > m.strips || m.strips > m.triangles {
+            return wrong("more clusters than strips or strips than triangles");
+        }
+        if m.bytes.total().is_none_or(|total| total > self.file_bytes) {
+            return wrong("byte counts beyond the length of the file");
+        }
+        Ok(())
     }
 
     fn check_directory(&self) -> Result<(), PackError> {
-        let mut triangles = 0u64;
+        let (mut triangles, mut end) = (0u64, FILE_HEADER_BYTES as u64);
         for (page, entry) in self.directory.iter().enumerate() {
-            let inside =
-                entry.offset.checked_add(u64::from(entry.bytes)).is_some_and(|end| end <= self.file_bytes);
-            if !inside || entry.offset % ALIGNMENT != 0 || entry.first_triangle != triangles {
+            let good = entry.offset >= end
+                && entry.offset.is_multiple_of(ALIGNMENT)
+                && entry.first_triangle == triangles
+                && entry.node_count as usize <= MAX_PAGE_NODES;
+            // Pages never overlap, so checking all of them takes time by the length of the file.
+            let page_end = entry.offset.checked_add(u64::from(entry.bytes));
+            let Some(page_end) = page_end.filter(|&end| good && end <= self.file_bytes) else {
                 let what = "its directory entry is wrong".into();
                 return Err(PackError::CorruptPage { page: page as PageId, what });
-            }
+            };
             triangles += u64::from(entry.triangle_count);
+            end = page_end;
         }
-        if triangles != self.manifest.triangles || self.directory.len() as u64 != self.manifest.pages {
+        let pages = self.directory.len() as u64;
+        if triangles != self.manifest.triangles || pages != self.manifest.pages || pages > MAX_PAGES {
             return Err(PackError::corrupt("directory and manifest differ"));
         }
         let ids = triangles.checked_mul(u64::from(self.manifest.id_bytes));
@@ -87,38 +114,33 @@ impl Pack {
         Ok(())
     }
 
-    /// Checks that the top nodes are a tree of bounded depth whose leaves are pages.
+    /// Checks that the top nodes are one tree of bounded depth whose leaves are pages.
     fn check_top(&self) -> Result<(), PackError> {
-        let wrong = |i: usize, what: &str| Err(PackError::corrupt(format!("top node {i}: {what}")));
-        if self.top_nodes.is_empty() || self.manifest.depth as usize > MAX_DEPTH {
-            return Err(PackError::corrupt("no root, or too deep"));
-        }
-        let mut depth = vec![0u32; self.top_nodes.len()];
-        for (i, node) in self.top_nodes.iter().enumerate() {
-            let here = depth[i].max(1);
-            if !boxes_are_sane(&node.boxes) || here > self.manifest.depth {
-                return wrong(i, "bad grid or depth");
+        let child = |c: u32| {
+            if c == TopNode::EMPTY {
+                Child::None
+            } else if c & TopNode::ENTRY == 0 {
+                Child::Node(c as usize)
+            } else if self.has_entry((c & !TopNode::ENTRY) as usize) {
+                Child::Leaf
+            } else {
+                Child::Broken("leads to no page")
             }
-            for child in node.child.into_iter().filter(|&c| c != TopNode::EMPTY) {
-                if child & TopNode::ENTRY != 0 {
-                    let entry = self.top_entries.get((child & !TopNode::ENTRY) as usize);
-                    if !entry.is_some_and(|e| self.has_node(e)) {
-                        return wrong(i, "leads to no page");
-                    }
-                } else {
-                    let c = child as usize;
-                    if c <= i || c >= self.top_nodes.len() || depth[c] != 0 {
-                        return wrong(i, "bad child");
-                    }
-                    depth[c] = here + 1;
-                }
-            }
+        };
+        let wrong = |what: &str| PackError::corrupt(format!("above the pages: {what}"));
+        if self.top_nodes.iter().any(|n| n.boxes.cluster != 0) {
+            return Err(wrong("a node has a cluster"));
         }
-        Ok(())
+        let depth_limit = self.manifest.depth as usize;
+        let trees = check_nodes(&self.top_nodes, depth_limit, |n| &n.boxes, |n| n.child.map(child))
+            .map_err(|what| wrong(&what))?;
+        if trees == 1 { Ok(()) } else { Err(wrong("not one tree")) }
     }
 
-    fn has_node(&self, entry: &TopEntry) -> bool {
-        self.directory.get(entry.page as usize).is_some_and(|page| entry.node < page.node_count)
+    fn has_entry(&self, i: usize) -> bool {
+        let page_has =
+            |e: &TopEntry| self.directory.get(e.page as usize).is_some_and(|p| e.node < p.node_count);
+        self.top_entries.get(i).is_some_and(page_has)
     }
 
     fn check_scene(&self) -> Result<(), PackError> {
@@ -129,93 +151,9 @@ impl Pack {
         if self.emitters.iter().any(|e| e.geometry as usize >= scene.geometries.len()) {
             return Err(PackError::corrupt("an emitter has no geometry"));
         }
+        if !self.emitters.iter().flat_map(|e| e.corners.as_flattened()).all(|x| x.is_finite()) {
+            return Err(PackError::corrupt("a corner of an emitter is not finite"));
+        }
         Ok(())
     }
-}
-
-fn check_header(file: &mut File, length: u64) -> Result<(), PackError> {
-    if length < (FILE_HEADER_BYTES + FOOTER_BYTES) as u64 {
-        let mut start = vec![0; length.min(8) as usize];
-        file.seek(SeekFrom::Start(0))?;
-        file.read_exact(&mut start)?;
-        let begins_well = !start.is_empty() && MAGIC.starts_with(&start);
-        return Err(if begins_well {
-            PackError::corrupt("the file is cut off")
-        } else {
-            PackError::NotAPack
-        });
-    }
-    let header: FileHeader = read_pod(file, 0)?;
-    if header.magic != MAGIC {
-        return Err(PackError::NotAPack);
-    }
-    if header.version != FORMAT_VERSION {
-        return Err(PackError::Version { expected: FORMAT_VERSION, got: header.version });
-    }
-    if header.reserved != 0 {
-        return Err(PackError::corrupt("bad header"));
-    }
-    Ok(())
-}
-
-fn read_sections(file: &mut File, footer: &Footer, length: u64) -> Result<Vec<SectionEntry>, PackError> {
-    let bytes = u64::from(footer.section_count) * size_of::<SectionEntry>() as u64;
-    let end = footer.sections_offset.checked_add(bytes);
-    if end != Some(length - FOOTER_BYTES as u64) {
-        return Err(PackError::corrupt("bad section table"));
-    }
-    let table = read_array(file, footer.sections_offset, bytes)?;
-    if crc32c::crc32c(bytemuck::cast_slice(&table)) != footer.sections_checksum {
-        return Err(PackError::corrupt("section table: its checksum does not match"));
-    }
-    Ok(table)
-}
-
-/// Sections by kind, each length checked against the file before memory is taken for it.
-struct Sections<'a> {
-    file: &'a mut File,
-    table: Vec<SectionEntry>,
-    length: u64,
-}
-
-impl Sections<'_> {
-    fn entry(&self, kind: Section) -> Result<SectionEntry, PackError> {
-        let entry = self.table.iter().find(|e| e.kind == kind as u32);
-        let entry = *entry.ok_or_else(|| PackError::corrupt(format!("{kind:?} section is missing")))?;
-        if entry.offset.checked_add(entry.bytes).is_none_or(|end| end > self.length) {
-            return Err(PackError::corrupt(format!("{kind:?} section lies beyond the end of the file")));
-        }
-        Ok(entry)
-    }
-
-    fn array<T: Pod>(&mut self, kind: Section) -> Result<Vec<T>, PackError> {
-        let entry = self.entry(kind)?;
-        if entry.bytes % size_of::<T>() as u64 != 0 {
-            return Err(PackError::corrupt(format!("{kind:?} section has an odd length")));
-        }
-        let array = read_array(self.file, entry.offset, entry.bytes)?;
-        if crc32c::crc32c(bytemuck::cast_slice(&array)) != entry.checksum {
-            return Err(PackError::corrupt(format!("{kind:?} section: its checksum does not match")));
-        }
-        Ok(array)
-    }
-
-    fn bytes(&mut self, kind: Section) -> Result<Vec<u8>, PackError> {
-        self.array(kind)
-    }
-}
-
-/// Reads `bytes` bytes, which the caller has checked against the length of the file.
-fn read_array<T: Pod>(file: &mut File, offset: u64, bytes: u64) -> io::Result<Vec<T>> {
-    let mut array = vec![T::zeroed(); bytes as usize / size_of::<T>()];
-    file.seek(SeekFrom::Start(offset))?;
-    file.read_exact(bytemuck::cast_slice_mut(&mut array))?;
-    Ok(array)
-}
-
-fn read_pod<T: Pod>(file: &mut File, offset: u64) -> io::Result<T> {
-    let mut value = T::zeroed();
-    file.seek(SeekFrom::Start(offset))?;
-    file.read_exact(bytemuck::bytes_of_mut(&mut value))?;
-    Ok(value)
 }

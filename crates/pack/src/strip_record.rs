@@ -32,7 +32,7 @@ impl SplitNode {
         [self.axis | u8::from(self.reversed) << 2, self.lower_max, self.upper_min]
     }
 
-    /// From what was stored.
+    /// From what was stored. Bits that a checked page never has set are left out.
     pub fn from_bytes(b: [u8; SPLIT_BYTES]) -> SplitNode {
         SplitNode { axis: b[0] & 3, reversed: b[0] & 4 != 0, lower_max: b[1], upper_min: b[2] }
     }
@@ -87,6 +87,11 @@ impl<'a> StripView<'a> {
     pub fn split(&self, i: usize) -> SplitNode {
         let b = &self.tree[i * SPLIT_BYTES..];
         SplitNode::from_bytes([b[0], b[1], b[2]])
+    }
+
+    /// The tree as stored, [`SPLIT_BYTES`] a node.
+    pub(crate) fn tree(&self) -> &'a [u8] {
+        self.tree
     }
 
     /// Turn bits, a byte a window.

@@ -36,7 +36,10 @@ impl PackWriter {
     /// Begins a pack that will be named `path`, in the folder of that name.
     pub fn create(path: &Path, manifest: Manifest) -> Result<PackWriter, PackError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = tempfile::Builder::new().prefix(".raystrips-").suffix(".partial").tempfile_in(folder)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".raystrips-").suffix(".partial");
+        readable_as_usual(&mut builder);
+        let file = builder.tempfile_in(folder)?;
         let mut writer = PackWriter {
             out: BufWriter::with_capacity(1 << 20, file),
             path: path.to_owned(),
@@ -59,10 +62,11 @@ impl PackWriter {
 
     /// Appends a page and gives its number.
     pub fn page(&mut self, page: &BuiltPage) -> Result<PageId, PackError> {
-        let id =
-            PageId::try_from(self.directory.len()).ok().filter(|&id| id < PageId::MAX).ok_or_else(|| {
-                PackError::TooLarge("more pages than 32 bits can number; use a larger --page-size".into())
-            })?;
+        if self.directory.len() as u64 >= MAX_PAGES {
+            let what = "more pages than 32 bits can number; use a larger --page-size";
+            return Err(PackError::TooLarge(what.into()));
+        }
+        let id = self.directory.len() as PageId;
         let padding = self.pad()?;
         self.directory.push(PageEntry {
             offset: self.position,
@@ -89,10 +93,15 @@ impl PackWriter {
     }
 
     /// Writes the sections and gives the file its name. Gives the manifest and the length of the file.
+    ///
+    /// # Panics
+    /// If the triangle ids are not as many as the triangles.
     pub fn finish(mut self, contents: &PackContents) -> Result<(Manifest, u64), PackError> {
         self.totals.bytes.nodes +=
             (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
         self.totals.bytes.ids = contents.triangle_ids.len() as u64;
+        let id_bytes = u64::from(self.totals.id_bytes);
+        assert_eq!(self.totals.bytes.ids, self.totals.triangles * id_bytes, "bytes of triangle ids");
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);
         let sections = [
@@ -149,7 +158,6 @@ impl PackWriter {
 fn publish(out: BufWriter<NamedTempFile>, path: &Path) -> Result<(), PackError> {
     let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
-    readable_as_usual(file.as_file())?;
     file.persist(path).map_err(|e| e.error)?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     #[cfg(unix)]
@@ -157,12 +165,11 @@ fn publish(out: BufWriter<NamedTempFile>, path: &Path) -> Result<(), PackError> 
     Ok(())
 }
 
-/// A temporary file is for its owner alone; a pack is a file like any other.
-fn readable_as_usual(file: &std::fs::File) -> std::io::Result<()> {
+/// A temporary file is for its owner alone; a pack is a file like any other, within what the user's umask lets.
+fn readable_as_usual(_builder: &mut tempfile::Builder) {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
+        _builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    Ok(())
 }

@@ -87,9 +87,6 @@ impl PageTable {
                 _ => 0,
             });
         first_error.map_or(Ok(()), Err)?;
-        if crc32c::crc32c(self.triangle_ids()) != self.pack.triangle_ids_checksum() {
-            return Err(PackError::Corrupt("triangle ids: their checksum does not match".into()));
-        }
-        Ok(())
+        self.pack.check_triangle_ids(self.triangle_ids())
     }
 }

@@ -1,7 +1,6 @@
 //! What to render and how, and what can be wrong with it.
 
-use crate::sky::DEFAULT_SKY;
-use raystrips_geom::scene::{Camera, Sky};
+use raystrips_geom::scene::Camera;
 use std::fmt;
 use thiserror::Error;
 
@@ -54,8 +53,8 @@ pub struct RenderParams {
     /// Surfaces that a path is reflected by at most, for [`Integrator::Path`]: 1 is direct light, 0 shows lights
     /// and sky only.
     pub max_bounces: u32,
-    /// Sky of scenes that have no light of their own.
-    pub default_sky: Option<Sky>,
+    /// Light scenes that have no light of their own by a sun and a sky.
+    pub default_light: bool,
     /// Fill the film's albedo and normal.
     pub aovs: bool,
 }
@@ -71,7 +70,7 @@ impl Default for RenderParams {
             threads: 0,
             camera: None,
             max_bounces: 8,
-            default_sky: Some(DEFAULT_SKY),
+            default_light: true,
             aovs: true,
         }
     }

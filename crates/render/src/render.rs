@@ -7,7 +7,7 @@ use crate::{
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{Integrator, RenderError, RenderParams},
-    sky::effective_sky,
+    sky::lighting,
     wave::{Tile, Wave, WaveContext},
     world::World,
 };
@@ -88,6 +88,7 @@ pub fn render(
     params.validate()?;
     let description = world.description();
     let materials = Materials::new(description);
+    let (lights, sky) = lighting(description, params.default_light);
     let run = |shader: &dyn Shader| {
         let tiles = Tile::cover(params.width, params.height);
         render_tiles(world, params, &materials, shader, &tiles, progress)
@@ -95,8 +96,8 @@ pub fn render(
     match params.integrator {
         Integrator::Path => run(&PathTracer::new(
             AreaLights::new(world.emitters(), &materials),
-            PunctualLights::new(&description.lights),
-            effective_sky(description, params.default_sky),
+            PunctualLights::new(&lights),
+            sky,
             params.max_bounces,
         )),
         Integrator::Ao => run(&AmbientOcclusion::new(&world.bounds())),

@@ -4,16 +4,25 @@
 //! for skies as smooth as these is as good as sampling the sky itself and saves its shadow rays.
 
 use glam::Vec3;
-use raystrips_geom::scene::{SceneDesc, Sky};
+use raystrips_geom::scene::{Light, LightKind, SceneDesc, Sky};
 
-/// Soft light from above for scenes that have no light at all.
-pub(crate) const DEFAULT_SKY: Sky =
-    Sky::Gradient { zenith: [0.65, 0.8, 1.05], horizon: [1.0, 1.0, 1.0], ground: [0.25, 0.22, 0.2] };
+/// Sky of scenes that have no light at all: dark below, so that shapes show.
+const DEFAULT_SKY: Sky =
+    Sky::Gradient { zenith: [0.75, 0.88, 1.1], horizon: [0.5, 0.55, 0.6], ground: [0.08, 0.07, 0.06] };
 
-/// The sky to render with: the scene's, or `default` where the scene has no light, or a black one.
-pub(crate) fn effective_sky(description: &SceneDesc, default: Option<Sky>) -> Sky {
-    let default = default.filter(|_| !description.has_light());
-    description.sky.or(default).unwrap_or(Sky::Constant([0.0; 3]))
+/// Sun of scenes that have no light at all: from above, the left and the front.
+fn default_sun() -> Light {
+    let direction = Vec3::new(0.5, -0.8, -0.55).normalize().to_array();
+    Light { name: String::new(), intensity: [1.7, 1.6, 1.45], kind: LightKind::Directional { direction } }
+}
+
+/// The lights without a surface and the sky to render with: the scene's own; or, where nothing at all shines
+/// in the scene and `or_default`, a sun and a sky.
+pub(crate) fn lighting(description: &SceneDesc, or_default: bool) -> (Vec<Light>, Sky) {
+    if or_default && !description.has_light() {
+        return (vec![default_sun()], DEFAULT_SKY);
+    }
+    (description.lights.clone(), description.sky.unwrap_or(Sky::Constant([0.0; 3])))
 }
 
 /// Radiance that arrives along the unit vector `dir`, which points to the sky.
@@ -44,9 +53,9 @@ mod tests {
     #[test]
     fn default_is_used_only_in_the_dark() {
         let mut scene = SceneDesc::default();
-        assert_eq!(effective_sky(&scene, Some(DEFAULT_SKY)), DEFAULT_SKY);
-        assert_eq!(effective_sky(&scene, None), Sky::Constant([0.0; 3]));
+        assert_eq!(lighting(&scene, true), (vec![default_sun()], DEFAULT_SKY));
+        assert_eq!(lighting(&scene, false), (vec![], Sky::Constant([0.0; 3])));
         scene.sky = Some(Sky::Constant([0.5; 3]));
-        assert_eq!(effective_sky(&scene, Some(DEFAULT_SKY)), Sky::Constant([0.5; 3]));
+        assert_eq!(lighting(&scene, true), (vec![], Sky::Constant([0.5; 3])));
     }
 }

@@ -76,7 +76,7 @@ impl PageBuilder {
     /// # Panics
     /// If there are more nodes than a page can number.
     pub fn node(&mut self, cluster: u8, bounds: &[Aabb]) -> u16 {
-        assert!(self.nodes.len() < usize::from(WideNode::LEAF), "too many nodes in a page");
+        assert!(self.nodes.len() < MAX_PAGE_NODES, "too many nodes in a page");
         self.nodes
             .push(WideNode { boxes: ChildBoxes::around(bounds, cluster), child: [WideNode::EMPTY; WIDTH] });
         (self.nodes.len() - 1) as u16
@@ -123,6 +123,9 @@ impl PageBuilder {
     }
 
     /// Lays out the page whose first triangle has number `first_triangle` in the pack.
+    ///
+    /// # Panics
+    /// If a cluster has no strips.
     pub fn finish(mut self, first_triangle: u64) -> Result<BuiltPage, PackError> {
         let bytes_expected = self.byte_count();
         let triangle_count = self.clusters.iter().map(|c| c.triangle_count).sum();
@@ -183,6 +186,7 @@ impl ClusterBuilder {
     }
 
     fn header(&self, offset: usize, first_triangle: u32) -> Result<ClusterHeader, PackError> {
+        assert!(!self.runs.is_empty(), "a cluster without strips");
         let too_many =
             |_| PackError::TooLarge("more than 256 geometries or 65,535 triangles in a cluster".into());
         Ok(ClusterHeader {
@@ -191,7 +195,7 @@ impl ClusterBuilder {
             triangle_count: u16::try_from(self.triangle_count).map_err(too_many)?,
             strip_bytes: self.strips.len() as u16,
             last_vertex: (self.vertices.len() - 1) as u8,
-            last_run: u8::try_from(self.runs.len().saturating_sub(1)).map_err(too_many)?,
+            last_run: u8::try_from(self.runs.len() - 1).map_err(too_many)?,
             reserved: 0,
         })
     }

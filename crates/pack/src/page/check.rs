@@ -3,7 +3,8 @@
 use super::{ClusterView, PageView};
 use crate::PackError;
 use crate::layout::*;
-use crate::strip_record::StripView;
+use crate::nodes::{Child, check_nodes};
+use crate::strip_record::{SPLIT_BYTES, StripView};
 
 /// Checks the checksum of a page, then every offset, reference and number in it. `depth_limit` bounds the
 /// levels of nodes. Gives the view of the good page.
@@ -37,6 +38,10 @@ fn check_contents(
     {
         return Err("it is not the page that the directory describes".into());
     }
+    if view.nodes.len() > MAX_PAGE_NODES || view.clusters.len() > MAX_PAGE_CLUSTERS {
+        return Err("more nodes or clusters than can be named".into());
+    }
+    let mut end = size_of::<PageHeader>() + size_of_val(view.nodes) + size_of_val(view.clusters);
     let mut starts = Vec::with_capacity(view.cluster_count());
     let mut triangles = 0u32;
     for i in 0..view.cluster_count() {
@@ -46,13 +51,20 @@ fn check_contents(
         if header.first_triangle != triangles {
             return Err(place("wrong number of its first triangle"));
         }
+        if header.offset as usize != end || header.reserved != 0 {
+            return Err(place("bad header"));
+        }
+        end += cluster.byte_count();
         starts.push(check_cluster(&cluster, header.triangle_count, geometry_count).map_err(|e| place(&e))?);
         triangles += u32::from(header.triangle_count);
     }
     if triangles != header.triangle_count {
         return Err("clusters and page differ in the number of triangles".into());
     }
-    check_nodes(view.nodes(), &starts, depth_limit)
+    if end != bytes.len() {
+        return Err("bytes left over".into());
+    }
+    check_trees(view.nodes, &starts, depth_limit)
 }
 
 /// Checks one cluster and gives where its strips begin.
@@ -61,6 +73,9 @@ fn check_cluster(
     triangle_count: u16,
     geometry_count: usize,
 ) -> Result<Vec<usize>, String> {
+    if cluster.strip_bytes().len() > MAX_STRIP_BYTES {
+        return Err("more bytes of strips than 15 bits can name".into());
+    }
     if !cluster.vertices().iter().all(|v| v.is_finite()) {
         return Err("a vertex is not finite".into());
     }
@@ -97,52 +112,27 @@ fn check_strip(strip: &StripView, vertex_count: usize) -> Result<(), &'static st
     if !strip.turns().iter().all(|&bits| bits & 1 == 0 && bits < 1 << 6) {
         return Err("bad turn bits");
     }
-    if !(0..strip.window_count() - 1).all(|i| strip.split(i).axis < 3) {
-        return Err("bad split axis");
+    if !strip.tree().chunks_exact(SPLIT_BYTES).all(|b| b[0] & 3 < 3 && b[0] < 1 << 3) {
+        return Err("bad split");
     }
     Ok(())
 }
 
 /// Checks that nodes form trees of bounded depth whose leaves are strips.
-fn check_nodes(nodes: &[WideNode], starts: &[Vec<usize>], depth_limit: usize) -> Result<(), String> {
-    let mut depth = vec![0usize; nodes.len()];
-    for (i, node) in nodes.iter().enumerate() {
-        let wrong = |what: &str| Err(format!("node {i}: {what}"));
-        if !boxes_are_sane(&node.boxes) {
-            return wrong("bad grid");
+fn check_trees(nodes: &[WideNode], starts: &[Vec<usize>], depth_limit: usize) -> Result<(), String> {
+    let child = |cluster: u8, c: u16| {
+        if c == WideNode::EMPTY {
+            return Child::None;
         }
-        let here = depth[i].max(1);
-        if here > depth_limit {
-            return wrong("too deep");
+        if c & WideNode::LEAF == 0 {
+            return Child::Node(usize::from(c));
         }
-        for child in node.child {
-            if child == WideNode::EMPTY {
-                continue;
-            }
-            if child & WideNode::LEAF != 0 {
-                let Some(starts) = starts.get(usize::from(node.boxes.cluster)) else {
-                    return wrong("no such cluster");
-                };
-                let offset = usize::from(child & !WideNode::LEAF);
-                if starts.binary_search(&offset).is_err() {
-                    return wrong("no strip begins where it points");
-                }
-            } else {
-                let c = usize::from(child);
-                if c <= i || c >= nodes.len() || depth[c] != 0 {
-                    return wrong("bad child");
-                }
-                depth[c] = here + 1;
-            }
+        match starts.get(usize::from(cluster)) {
+            None => Child::Broken("no such cluster"),
+            Some(starts) if starts.binary_search(&usize::from(c & !WideNode::LEAF)).is_ok() => Child::Leaf,
+            Some(_) => Child::Broken("no strip begins where it points"),
         }
-    }
-    Ok(())
-}
-
-/// True where planes are finite: what the box test needs to be free of NaN.
-pub(crate) fn boxes_are_sane(boxes: &ChildBoxes) -> bool {
-    boxes.exponent.iter().all(|&e| e > -127) && {
-        let grid = boxes.grid();
-        (0..3).all(|axis| grid.origin[axis].is_finite() && grid.plane(axis, 255).is_finite())
-    }
+    };
+    let children = |node: &WideNode| node.child.map(|c| child(node.boxes.cluster, c));
+    check_nodes(nodes, depth_limit, |node| &node.boxes, children).map(|_| ())
 }

@@ -24,7 +24,7 @@ pub struct PageView<'a> {
 pub struct ClusterView<'a> {
     runs: &'a [GeometryRun],
     strips: &'a [u8],
-    vertices: &'a [Vec3],
+    points: &'a [f32],
     first_triangle: u64,
 }
 
@@ -66,15 +66,17 @@ impl<'a> PageView<'a> {
         let runs_bytes = (usize::from(header.last_run) + 1) * size_of::<GeometryRun>();
         let vertices_bytes = (usize::from(header.last_vertex) + 1) * size_of::<Vec3>();
         let blob = self.bytes.get(header.offset as usize..).ok_or("cluster beyond the end of the page")?;
-        let (runs, blob) = blob.split_at_checked(runs_bytes).ok_or("geometry runs cut off")?;
-        let (strips, blob) =
-            blob.split_at_checked(usize::from(header.strip_bytes)).ok_or("strips cut off")?;
-        let vertices = blob.get(..vertices_bytes).ok_or("vertices cut off")?;
+        let vertices_begin = runs_bytes + usize::from(header.strip_bytes);
+        let points = blob.get(vertices_begin - size_of::<f32>()..vertices_begin + vertices_bytes);
+        let (runs, strips) = blob.split_at_checked(runs_bytes).ok_or("geometry runs cut off")?;
+        let strips = strips.get(..usize::from(header.strip_bytes)).ok_or("strips cut off")?;
+        let first_triangle = self.first_triangle.checked_add(u64::from(header.first_triangle));
         Ok(ClusterView {
             runs: bytemuck::try_cast_slice(runs).map_err(|_| "geometry runs not aligned")?,
             strips,
-            vertices: bytemuck::try_cast_slice(vertices).map_err(|_| "vertices not aligned")?,
-            first_triangle: self.first_triangle + u64::from(header.first_triangle),
+            points: bytemuck::try_cast_slice(points.ok_or("vertices cut off")?)
+                .map_err(|_| "vertices not aligned")?,
+            first_triangle: first_triangle.ok_or("triangle number beyond 64 bits")?,
         })
     }
 
@@ -118,7 +120,19 @@ impl<'a> ClusterView<'a> {
     /// Vertices that strips refer to.
     #[inline]
     pub fn vertices(&self) -> &'a [Vec3] {
-        self.vertices
+        bytemuck::cast_slice(&self.points[1..])
+    }
+
+    /// The coordinates of the vertices, after one word that means nothing: a kernel may read each vertex with
+    /// the word before it, four words at once.
+    #[inline]
+    pub fn points(&self) -> &'a [f32] {
+        self.points
+    }
+
+    /// Bytes of runs, strips and vertices in the page.
+    pub(crate) fn byte_count(&self) -> usize {
+        size_of_val(self.runs) + self.strips.len() + size_of_val(self.vertices())
     }
 
     /// Geometry runs.

@@ -49,7 +49,7 @@ fn default_camera_and_sky_show_something() {
     assert!(film.depth(middle).is_finite() && film.depth(corner).is_infinite());
     assert!(film.rgb(middle)[1] > 0.1 && film.rgb(corner)[1] > film.rgb(middle)[1]);
 
-    let dark = RenderParams { default_sky: None, ..small(Integrator::Path) };
+    let dark = RenderParams { default_light: false, ..small(Integrator::Path) };
     assert_eq!(mean(&render_quietly(&world, &dark)), Vec3::ZERO);
     let empty = render_quietly(&BruteWorld::default(), &small(Integrator::Normal));
     assert_eq!(mean(&empty), Vec3::ZERO);

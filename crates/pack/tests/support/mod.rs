@@ -1,0 +1,160 @@
+//! A small pack with something of everything: two pages, three clusters, strips of one to five windows with
+//! turns and splits, two geometries in one cluster, emitters, ids, names, a light, a camera and a sky.
+
+use glam::Vec3;
+use raystrips_geom::Aabb;
+use raystrips_geom::scene::{Camera, Geometry, Light, LightKind, Material, Projection, SceneDesc, Sky};
+use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES};
+use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
+use raystrips_pack::page::builder::{BuiltPage, StripParts};
+use raystrips_pack::{
+    ByteCounts, Dropped, Emitter, Manifest, PackContents, PackWriter, PageBuilder, TopEntry,
+};
+use std::path::Path;
+
+/// Writes the sample pack, with `alter` done to its manifest, to `path`. Gives its pages as they were built and
+/// its manifest.
+pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<BuiltPage>, Manifest) {
+    let mut writer = PackWriter::create(path, manifest()).unwrap();
+    let first = first_page().finish(0).unwrap();
+    writer.page(&first).unwrap();
+    let second = second_page().finish(writer.next_triangle()).unwrap();
+    writer.page(&second).unwrap();
+    let ids: Vec<u8> =
+        (0..writer.next_triangle() as u32).flat_map(|i| (i * 4 + i % 3).to_le_bytes()).collect();
+    let (top_nodes, top_entries) = top();
+    alter(writer.manifest_mut());
+    let contents = PackContents {
+        top_nodes: &top_nodes,
+        top_entries: &top_entries,
+        emitters: &[Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 }],
+        triangle_ids: &ids,
+    };
+    let (manifest, _) = writer.finish(&contents).unwrap();
+    (vec![first, second], manifest)
+}
+
+/// A tree over two clusters, the first with two strips.
+fn first_page() -> PageBuilder {
+    let mut page = PageBuilder::default();
+    let root = page.node(0, &[row_bounds(0.0), row_bounds(2.0)]);
+    let first = page.cluster(row(0.0, 35));
+    let node = page.node(first, &[row_bounds(0.0), row_bounds(0.0)]);
+    page.link(root, 0, node);
+    add_strip(&mut page, node, 0, &(0..30).collect::<Vec<u8>>(), 0.0, 0);
+    add_strip(&mut page, node, 1, &[30, 31, 32], 0.0, 1);
+    let second = page.cluster(row(2.0, 12));
+    let node = page.node(second, &[row_bounds(2.0)]);
+    page.link(root, 1, node);
+    add_strip(&mut page, node, 0, &(0..12).collect::<Vec<u8>>(), 2.0, 0);
+    page
+}
+
+/// One cluster.
+fn second_page() -> PageBuilder {
+    let mut page = PageBuilder::default();
+    let cluster = page.cluster(row(4.0, 20));
+    let node = page.node(cluster, &[row_bounds(4.0)]);
+    add_strip(&mut page, node, 0, &(0..20).collect::<Vec<u8>>(), 4.0, 1);
+    page
+}
+
+/// A root over a node over the first page, and the second page.
+fn top() -> (Vec<TopNode>, Vec<TopEntry>) {
+    let node = |bounds: &[Aabb], used: &[u32]| {
+        let mut child = [TopNode::EMPTY; WIDTH];
+        child[..used.len()].copy_from_slice(used);
+        TopNode { boxes: ChildBoxes::around(bounds, 0), child }
+    };
+    let first = row_bounds(0.0).union(row_bounds(2.0));
+    let nodes =
+        vec![node(&[first, row_bounds(4.0)], &[1, TopNode::ENTRY | 1]), node(&[first], &[TopNode::ENTRY])];
+    (nodes, vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }])
+}
+
+/// `count` vertices in a zig-zag along x.
+fn row(y: f32, count: usize) -> Vec<Vec3> {
+    (0..count).map(|i| Vec3::new(i as f32 * 0.5, y + (i % 2) as f32, i as f32 * 0.125)).collect()
+}
+
+fn row_bounds(y: f32) -> Aabb {
+    Aabb::of_points(row(y, 35))
+}
+
+/// Adds a strip over the row at `y`; every second window has a turn.
+fn add_strip(page: &mut PageBuilder, node: u16, slot: usize, refs: &[u8], y: f32, geometry: u32) {
+    let vertices = row(y, 35);
+    let triangles: Vec<usize> = (0..refs.len() - 2).collect();
+    let windows: Vec<Aabb> = triangles
+        .chunks(WINDOW_TRIANGLES)
+        .map(|w| &refs[w[0]..=w[w.len() - 1] + 2])
+        .map(|window| Aabb::of_points(window.iter().map(|&r| vertices[usize::from(r)])))
+        .collect();
+    let turns: Vec<u8> = (0..windows.len()).map(|w| [0b000100, 0][w % 2]).collect();
+    let mut splits = Vec::new();
+    split(&windows, &mut splits);
+    page.strip(node, slot, StripParts { refs, turns: &turns, splits: &splits, geometry });
+}
+
+/// The tree over `windows` in pre-order; all splits are along x, where the left half is the lower one.
+fn split(windows: &[Aabb], splits: &mut Vec<PlaneSplit>) {
+    if windows.len() > 1 {
+        let (left, right) = windows.split_at(windows.len().div_ceil(2));
+        let lower_max = left.iter().fold(f32::MIN, |x, w| x.max(w.max.x));
+        let upper_min = right.iter().fold(f32::MAX, |x, w| x.min(w.min.x));
+        splits.push(PlaneSplit { axis: 0, reversed: false, lower_max, upper_min });
+        split(left, splits);
+        split(right, splits);
+    }
+}
+
+fn manifest() -> Manifest {
+    let bounds = row_bounds(0.0).union(row_bounds(4.0));
+    Manifest {
+        generator: "sample".into(),
+        triangles: 0,
+        strips: 0,
+        clusters: 0,
+        pages: 0,
+        depth: 4,
+        page_size: 65536,
+        bounds_min: bounds.min.to_array(),
+        bounds_max: bounds.max.to_array(),
+        scene_offset: [1e6, 0.0, -0.5],
+        id_bytes: 4,
+        bytes: ByteCounts::default(),
+        dropped: Dropped { degenerate: 1, non_finite: 300, out_of_range: 70_000 },
+        scene: scene(),
+    }
+}
+
+fn scene() -> SceneDesc {
+    let material = |name: &str, emission| Material { name: name.into(), emission, ..Material::default() };
+    let light = |kind| Light { name: "sun".into(), intensity: [3.0, 2.0, 1.0], kind };
+    let camera = |projection, aspect| Camera {
+        name: "überblick".into(),
+        position: [0.0, 1.0, 5e9],
+        forward: [0.0, 0.0, -1.0],
+        up: [0.0, 1.0, 0.0],
+        projection,
+        aspect,
+    };
+    let (position, direction) = ([1.0, 2.0, 3.0], [0.0, -1.0, 0.0]);
+    SceneDesc {
+        geometries: vec![
+            Geometry { name: "floor".into(), material: 0 },
+            Geometry { name: String::new(), material: 1 },
+        ],
+        materials: vec![material("gray", [0.0; 3]), material("lamp", [1.0, 0.5, 0.25])],
+        lights: vec![
+            light(LightKind::Point { position }),
+            light(LightKind::Spot { position, direction, inner_angle: 0.25, outer_angle: 0.5 }),
+            light(LightKind::Directional { direction }),
+        ],
+        cameras: vec![
+            camera(Projection::Perspective { vertical_fov: 0.75 }, Some(1.5)),
+            camera(Projection::Orthographic { height: 2.0 }, None),
+        ],
+        sky: Some(Sky::Gradient { zenith: [0.0, 0.0, 1.0], horizon: [1.0; 3], ground: [0.25; 3] }),
+    }
+}
