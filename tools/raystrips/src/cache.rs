@@ -12,7 +12,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-/// A file as it was when it was read.
+/// A file as it was when it was read; empty and ageless if it was missing.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Source {
     path: PathBuf,
@@ -38,7 +38,7 @@ pub fn pack_of(
     let list = folder.join(format!("{name}.json"));
     if !is_fresh(&pack, &list) {
         let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
-        let sources = report.files.iter().map(|path| source(path)).collect::<Result<Vec<Source>>>()?;
+        let sources: Vec<Source> = report.files.iter().map(|path| source(path)).collect();
         write_whole(&list, &serde_json::to_vec_pretty(&sources)?)?;
     }
     Ok(pack)
@@ -61,17 +61,15 @@ fn key(model: &Path, options: &ConvertOptions) -> u64 {
 fn is_fresh(pack: &Path, list: &Path) -> bool {
     let recorded = || -> Option<Vec<Source>> { serde_json::from_slice(&std::fs::read(list).ok()?).ok() };
     pack.is_file()
-        && recorded().is_some_and(|all| {
-            !all.is_empty() && all.iter().all(|s| source(&s.path).is_ok_and(|now| now == *s))
-        })
+        && recorded().is_some_and(|all| !all.is_empty() && all.iter().all(|s| source(&s.path) == *s))
 }
 
-fn source(path: &Path) -> Result<Source> {
-    let metadata = path.metadata().with_context(|| path.display().to_string())?;
-    let modified = metadata.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
-    Ok(Source {
+fn source(path: &Path) -> Source {
+    let metadata = path.metadata().ok();
+    let modified = metadata.as_ref().and_then(|m| m.modified().ok()?.duration_since(UNIX_EPOCH).ok());
+    Source {
         path: path.to_owned(),
-        bytes: metadata.len(),
+        bytes: metadata.map_or(0, |m| m.len()),
         modified_nanos: modified.map_or(0, |d| d.as_nanos()),
-    })
+    }
 }

@@ -26,10 +26,9 @@ pub(super) fn read(path: &Path, library: &mut Library, out: &mut Emitter) -> Res
     for (number, line) in (1..).zip(bytes.split(|&c| c == b'\n' || c == b'\r')) {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii();
         let (keyword, rest) = line.split_at(line.iter().position(|&c| is_space(c)).unwrap_or(line.len()));
+        textured |= keyword.starts_with(b"map_");
         if keyword == b"newmtl" {
             finish(present.replace(Phong::new(rest)), library);
-        } else if keyword.starts_with(b"map_") {
-            textured = true;
         } else if let Some(phong) = &mut present
             && phong.set(keyword, rest).is_none()
         {
@@ -65,6 +64,7 @@ struct Phong {
     illumination: i32,
     roughness: Option<f32>,
     metallic: Option<f32>,
+    has_diffuse_map: bool,
 }
 
 impl Phong {
@@ -84,6 +84,7 @@ impl Phong {
             b"Tr" => self.opacity = self.opacity.or(Some(1.0 - number(rest)?)),
             b"illum" => self.illumination = number(rest)? as i32,
             b"Pr" => self.roughness = Some(number(rest)?),
+            b"map_Kd" => self.has_diffuse_map = true,
             b"Pm" => self.metallic = Some(number(rest)?),
             _ => {}
         }
@@ -102,7 +103,9 @@ impl Phong {
         // A Phong lobe of exponent n is as wide as a Beckmann lobe of alpha^2 = 2 / (n + 2); alpha is roughness^2.
         let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).powf(0.25));
         let smooth = if mirror || glass { Some(0.0) } else { None };
-        let base_color = if mirror { self.specular } else { self.diffuse }.unwrap_or(plain.base_color);
+        // Black with a texture means the color of the texture, which is not read yet.
+        let diffuse = self.diffuse.filter(|&c| !(self.has_diffuse_map && black(c)));
+        let base_color = if mirror { self.specular } else { diffuse }.unwrap_or(plain.base_color);
         Material {
             base_color: if glass && black(base_color) { [1.0; 3] } else { base_color }
                 .map(|c| c.clamp(0.0, 1.0)),
@@ -163,6 +166,15 @@ mod tests {
         assert_eq!((library["glass"].transmission, library["glass"].ior), (1.0, 1.5));
         assert_eq!((library["mirror"].metallic, library["mirror"].roughness), (1.0, 0.0));
         assert_eq!((library["lamp"].emission, library["lamp"].base_color), ([4.0; 3], [0.5; 3]));
+    }
+
+    #[test]
+    fn black_with_a_texture_is_not_black() {
+        let (library, warnings) =
+            library("newmtl a\nKd 0 0 0\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nKd 1 0 0");
+        assert_eq!(library["a"].base_color, Material::default().base_color);
+        assert_eq!(library["b"].base_color, [1.0, 0.0, 0.0]);
+        assert_eq!(warnings.len(), 1);
     }
 
     #[test]
