@@ -78,10 +78,10 @@ impl NodeGrid {
     }
 }
 
-/// 2^`exponent` for a normal f32.
+/// 2^`exponent`, which must be at least -126: the least for a normal f32.
 #[inline]
 pub fn power_of_two(exponent: i8) -> f32 {
-    f32::from_bits(((i32::from(exponent) + 127).max(1) as u32) << 23)
+    f32::from_bits(((i32::from(exponent) + 127) as u32) << 23)
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ pub struct PlaneSplit {
 }
 
 /// Windows of a strip of `triangle_count` triangles.
+#[inline]
 pub fn window_count(triangle_count: usize) -> usize {
     triangle_count.div_ceil(WINDOW_TRIANGLES)
 }

@@ -33,6 +33,7 @@ impl SplitNode {
     }
 
     /// From what was stored. Bits that a checked page never has set are left out.
+    #[inline]
     pub fn from_bytes(b: [u8; SPLIT_BYTES]) -> SplitNode {
         SplitNode { axis: b[0] & 3, reversed: b[0] & 4 != 0, lower_max: b[1], upper_min: b[2] }
     }
@@ -52,6 +53,7 @@ pub struct StripView<'a> {
 impl<'a> StripView<'a> {
     /// The strip that begins at `offset` of a cluster's strips. `None` where it does not fit, which never
     /// happens in a checked page.
+    #[inline]
     pub fn at(strips: &'a [u8], offset: usize) -> Option<StripView<'a>> {
         let bytes = strips.get(offset..)?;
         let n = usize::from(*bytes.first()?);
@@ -69,11 +71,13 @@ impl<'a> StripView<'a> {
     }
 
     /// Triangles.
+    #[inline]
     pub fn triangle_count(&self) -> usize {
         self.refs.len() - 2
     }
 
     /// Windows.
+    #[inline]
     pub fn window_count(&self) -> usize {
         self.turns.len()
     }
@@ -84,6 +88,7 @@ impl<'a> StripView<'a> {
     }
 
     /// Node `i` of the strip's tree.
+    #[inline]
     pub fn split(&self, i: usize) -> SplitNode {
         let b = &self.tree[i * SPLIT_BYTES..];
         SplitNode::from_bytes([b[0], b[1], b[2]])
@@ -95,6 +100,7 @@ impl<'a> StripView<'a> {
     }
 
     /// Turn bits, a byte a window.
+    #[inline]
     pub fn turns(&self) -> &'a [u8] {
         self.turns
     }

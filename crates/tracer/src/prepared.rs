@@ -26,10 +26,10 @@ pub(crate) struct PreparedRay {
     /// Shear that turns the ray into the z axis (Woop, Benthin, Wald 2013).
     pub shear_x: f32,
     pub shear_y: f32,
-    /// Direction along those axes.
-    pub dir_x: f32,
-    pub dir_y: f32,
-    pub dir_z: f32,
+    /// The same in f64, and the inverse of the direction along z.
+    pub exact_shear_x: f64,
+    pub exact_shear_y: f64,
+    pub exact_inverse_z: f64,
 }
 
 impl PreparedRay {
@@ -47,21 +47,24 @@ impl PreparedRay {
         let least = size[kz] * LEAST_SHARE;
         let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
         let inv_dir = [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)];
+        let exact_inverse_z = 1.0 / f64::from(ray.dir[kz]);
+        let exact_shear_x = f64::from(ray.dir[kx]) * exact_inverse_z;
+        let exact_shear_y = f64::from(ray.dir[ky]) * exact_inverse_z;
         PreparedRay {
             org: ray.org,
             tnear: ray.tnear,
             tfar: ray.tfar,
             inv_dir,
-            forward: inv_dir.map(|d| d >= 0.0),
+            forward: [inv_dir[0] >= 0.0, inv_dir[1] >= 0.0, inv_dir[2] >= 0.0],
             order: [0, 1 + kx as i32, 1 + ky as i32, 1 + kz as i32],
             org_x: ray.org[kx],
             org_y: ray.org[ky],
             org_z: ray.org[kz],
-            shear_x: ray.dir[kx] / ray.dir[kz],
-            shear_y: ray.dir[ky] / ray.dir[kz],
-            dir_x: ray.dir[kx],
-            dir_y: ray.dir[ky],
-            dir_z: ray.dir[kz],
+            shear_x: exact_shear_x as f32,
+            shear_y: exact_shear_y as f32,
+            exact_shear_x,
+            exact_shear_y,
+            exact_inverse_z,
         }
     }
 }

@@ -108,14 +108,13 @@ fn split(ray: &PreparedRay, grid: &RayGrid, strip: &StripView, part: &Part) -> (
         ..*part
     };
     let (lower, upper) = if split.reversed { (right, left) } else { (left, right) };
-    let at = |plane: u8| f32::from(plane) * grid.step[axis] + grid.start[axis];
-    let slack = grid.slack[axis];
+    let at = |plane: u8| f32::from(plane) * grid.step[axis];
     let (near, far, near_plane, far_plane) = if ray.forward[axis] {
         (lower, upper, split.lower_max, split.upper_min)
     } else {
         (upper, lower, split.upper_min, split.lower_max)
     };
-    let exit = at(near_plane) + slack;
-    let entry = at(far_plane) - slack;
+    let exit = at(near_plane) + grid.after[axis];
+    let entry = at(far_plane) + grid.before[axis];
     (Part { tfar: min(exit, part.tfar), ..near }, Part { tnear: max(entry, part.tnear), ..far })
 }

@@ -1,6 +1,6 @@
 //! A ray down the nodes: those above the pages, then those of each page it enters.
 
-use crate::boxes::{BoxHits, RayGrid, test_boxes};
+use crate::boxes::{BoxHits, RayGrid, Slack, test_boxes};
 use crate::prepared::PreparedRay;
 use crate::scene::{Locator, Scene};
 use crate::simd::{LANES, Simd};
@@ -73,35 +73,29 @@ impl<const ANY: bool> StripHits for Best<ANY> {
 /// The nearest hit of `ray`; with `ANY`, some hit.
 #[inline(always)]
 pub(crate) fn trace<S: Simd, const ANY: bool>(s: S, scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
-    let prepared = PreparedRay::new(ray);
+    let ray = PreparedRay::new(ray);
     let mut best = Best::<ANY> { hit: Hit { t: ray.tfar, ..Hit::MISS }, locator: Locator(0) };
     let nodes = scene.top_nodes();
-    stacks.top.clear();
-    stacks.top.push(Waiting { tnear: ray.tnear, tfar: ray.tfar, node: 0, child: 0 });
-    while let Some(here) = stacks.top.pop() {
-        if here.tnear > best.hit.t {
-            continue;
-        }
-        if here.child & TopNode::ENTRY == 0 {
+    let slack = Slack::below(&nodes[0].boxes, &ray);
+    let stack = &mut stacks.top;
+    stack.clear();
+    let mut next = Some(Waiting { tnear: ray.tnear, tfar: ray.tfar, node: 0, child: 0 });
+    while let Some(here) = next {
+        next = if here.child & TopNode::ENTRY == 0 {
             let node = &nodes[here.child as usize];
-            let hits = test_boxes(s, &node.boxes, &prepared, here.tnear, best.hit.t);
-            push_children(&mut stacks.top, hits, here.child, &node.child, TopNode::EMPTY);
+            let hits = test_boxes(s, &node.boxes, &ray, &slack, here.tnear, best.hit.t);
+            nearest_child(stack, &hits, here.child, &node.child, TopNode::EMPTY)
         } else {
             let entry = scene.top_entry(here.child & !TopNode::ENTRY);
             best.locator = Locator::page(entry.page);
-            trace_page(
-                s,
-                &scene.page(entry.page),
-                entry.node as u16,
-                here.tnear,
-                &prepared,
-                &mut stacks.page,
-                &mut best,
-            );
+            let page = scene.page(entry.page);
+            trace_page(s, &page, entry.node as u16, here.tnear, &ray, &mut stacks.page, &mut best);
             if best.done() {
                 break;
             }
-        }
+            None
+        };
+        next = next.or_else(|| pop(stack, best.hit.t));
     }
     if best.hit.is_hit() { best.hit } else { Hit::MISS }
 }
@@ -118,17 +112,15 @@ fn trace_page<S: Simd, const ANY: bool>(
     best: &mut Best<ANY>,
 ) {
     let nodes = page.nodes();
+    let slack = Slack::below(&nodes[usize::from(root)].boxes, ray);
     let mut current = None;
     stack.clear();
-    stack.push(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
-    while let Some(here) = stack.pop() {
-        if here.tnear > best.hit.t {
-            continue;
-        }
-        if here.child & WideNode::LEAF == 0 {
+    let mut next = Some(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
+    while let Some(here) = next {
+        next = if here.child & WideNode::LEAF == 0 {
             let node = &nodes[usize::from(here.child)];
-            let hits = test_boxes(s, &node.boxes, ray, here.tnear, best.hit.t);
-            push_children(stack, hits, here.child, &node.child, WideNode::EMPTY);
+            let hits = test_boxes(s, &node.boxes, ray, &slack, here.tnear, best.hit.t);
+            nearest_child(stack, &hits, here.child, &node.child, WideNode::EMPTY)
         } else {
             let boxes = &nodes[usize::from(here.node)].boxes;
             let cluster = match current {
@@ -140,33 +132,57 @@ fn trace_page<S: Simd, const ANY: bool>(
             let strip = cluster.strip(usize::from(offset));
             best.locator = best.locator.with_strip(boxes.cluster, offset);
             let range = (here.tnear, here.tfar);
-            test_strip(s, ray, || RayGrid::new(boxes, ray), &strip, cluster.points(), range, best);
+            test_strip(s, ray, || RayGrid::new(boxes, ray, &slack), &strip, cluster.points(), range, best);
             if best.done() {
                 return;
             }
-        }
+            None
+        };
+        next = next.or_else(|| pop(stack, best.hit.t));
     }
 }
 
-/// Puts the children that were hit on the stack, the nearest last.
+/// The nearest waiting subtree that is met before `limit`.
 #[inline(always)]
-fn push_children<Child: Copy + PartialEq>(
+fn pop<Child: Copy>(stack: &mut Vec<Waiting<Child>>, limit: f32) -> Option<Waiting<Child>> {
+    while let Some(here) = stack.pop() {
+        if here.tnear <= limit {
+            return Some(here);
+        }
+    }
+    None
+}
+
+/// The nearest of the children that were hit; the others are put on the stack, the farthest first.
+#[inline(always)]
+fn nearest_child<Child: Copy + PartialEq>(
     stack: &mut Vec<Waiting<Child>>,
-    hits: BoxHits,
+    hits: &BoxHits,
     node: Child,
     children: &[Child; LANES],
     empty: Child,
-) {
-    let first = stack.len();
+) -> Option<Waiting<Child>> {
+    let waiting = |i: usize| Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
     let mut mask = hits.mask;
+    if mask == 0 {
+        return None;
+    }
+    // Inverted boxes of unused places are met where the slack is larger than the node; they come last.
+    let mut nearest = waiting(mask.trailing_zeros() as usize);
+    if nearest.child == empty {
+        return None;
+    }
+    mask &= mask - 1;
+    let first = stack.len();
     while mask != 0 {
-        let i = mask.trailing_zeros() as usize;
+        let mut new = waiting(mask.trailing_zeros() as usize);
         mask &= mask - 1;
-        // The inverted boxes of unused places can be met where the slack is larger than the node.
-        if children[i] == empty {
+        if new.child == empty {
             break;
         }
-        let new = Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
+        if new.tnear < nearest.tnear {
+            std::mem::swap(&mut new, &mut nearest);
+        }
         stack.push(new);
         let mut place = stack.len() - 1;
         while place > first && stack[place - 1].tnear < new.tnear {
@@ -175,4 +191,5 @@ fn push_children<Child: Copy + PartialEq>(
         }
         stack[place] = new;
     }
+    Some(nearest)
 }

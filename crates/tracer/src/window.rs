@@ -13,6 +13,7 @@
 //! Where it is met is computed in f64 from the vertices as they are, for the few triangles that are. In f32 the
 //! distance of a triangle seen from its side would be off by many times the rounding of its vertices.
 
+use crate::boxes::each;
 use crate::prepared::PreparedRay;
 use crate::simd::{LANES, Simd, Words};
 use raystrips_geom::strip::WINDOW_TRIANGLES;
@@ -114,25 +115,26 @@ fn passes_outside(x: [f32; 3], y: [f32; 3]) -> bool {
 /// the triangle either.
 #[inline(always)]
 fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
-    let [kx, ky, kz] = [ray.order[1], ray.order[2], ray.order[3]].map(|k| k as usize - 1);
-    let z = corners.map(|p| f64::from(p[kz]) - f64::from(ray.org_z));
-    let along = |k: usize, org: f32, shear: f64| {
-        [0, 1, 2].map(|i| f64::from(corners[i][k]) - f64::from(org) - shear * z[i])
-    };
-    let x = along(kx, ray.org_x, f64::from(ray.dir_x) / f64::from(ray.dir_z));
-    let y = along(ky, ray.org_y, f64::from(ray.dir_y) / f64::from(ray.dir_z));
+    let [kx, ky, kz] = each(|i| ray.order[1 + i] as usize - 1);
+    let z = each(|i| f64::from(corners[i][kz]) - f64::from(ray.org_z));
+    let along =
+        |k: usize, org: f32, shear: f64| each(|i| f64::from(corners[i][k]) - f64::from(org) - shear * z[i]);
+    let x = along(kx, ray.org_x, ray.exact_shear_x);
+    let y = along(ky, ray.org_y, ray.exact_shear_y);
     let edge = |a: usize, b: usize| x[a] * y[b] - y[a] * x[b];
     let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
     let sum: f64 = edges[0] + edges[1] + edges[2];
     if sum == 0.0 {
         return None;
     }
-    let weights = edges.map(|e| (e / sum).max(0.0));
-    let total = weights[0] + weights[1] + weights[2];
-    let depth = (weights[0] * z[0] + weights[1] * z[1] + weights[2] * z[2]) / total;
-    let t = (depth / f64::from(ray.dir_z)) as f32;
+    // All of one sign but for rounding: that of the sum.
+    let sign = if sum < 0.0 { -1.0 } else { 1.0 };
+    let weights = each(|i| f64::max(edges[i] * sign, 0.0));
+    let inverse = 1.0 / (weights[0] + weights[1] + weights[2]);
+    let depth = weights[0] * z[0] + weights[1] * z[1] + weights[2] * z[2];
+    let t = (depth * inverse * ray.exact_inverse_z) as f32;
     let on_segment = ray.tnear <= t && t <= ray.tfar && t < f32::INFINITY;
-    on_segment.then(|| (t, (weights[1] / total) as f32, (weights[2] / total) as f32))
+    on_segment.then(|| (t, (weights[1] * inverse) as f32, (weights[2] * inverse) as f32))
 }
 
 /// Lane *k* takes from lane *k* + 1.

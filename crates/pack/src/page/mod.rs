@@ -30,6 +30,7 @@ pub struct ClusterView<'a> {
 
 impl<'a> PageView<'a> {
     /// Splits a page into its parts; says what is missing where it is too short or not aligned to 4 bytes.
+    #[inline]
     pub fn new(bytes: &'a [u8]) -> Result<PageView<'a>, &'static str> {
         let (head, rest) =
             bytes.split_at_checked(size_of::<PageHeader>()).ok_or("shorter than its header")?;

@@ -1,7 +1,7 @@
 //! Eight f32 as an array: for every processor, and what the other implementations are compared with.
 
 use super::{LANES, Simd, Words};
-use crate::boxes::{max, min};
+use crate::boxes::{each, max, min};
 use std::array::from_fn;
 
 /// Instructions that every processor has.
@@ -78,6 +78,6 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn gather(self, points: &[f32], refs: &[u8; LANES], order: &[i32; 4]) -> [Self::F; 3] {
-        [1, 2, 3].map(|k| from_fn(|i| points[3 * usize::from(refs[i]) + order[k] as usize]))
+        each(|k| from_fn(|i| points[3 * usize::from(refs[i]) + order[k + 1] as usize]))
     }
 }
