@@ -1,1 +1,20 @@
-fn main(){}
+//! Runs the real binary, each test in a folder of its own.
+
+// All of this is tests, helpers too.
+#![allow(clippy::unwrap_used)]
+
+mod bad_input;
+mod convert;
+mod corpus;
+mod damage;
+mod direct_light;
+mod far_away;
+mod interrupt;
+mod models;
+mod pictures;
+mod rays;
+mod render;
+mod support;
+mod trace;
+mod usage;
+mod whole_or_nothing;

@@ -4,6 +4,7 @@
 //! the origin they keep their detail. Scenes that are not far out against their size are left alone, so that
 //! f32 input stays what it was, bit for bit.
 
+use raystrips_geom::grid::floor_log2;
 use raystrips_meshio::TriangleBatch;
 
 /// A scene is moved when its center is farther out than this many times its size: three bits of precision.
@@ -23,7 +24,7 @@ pub(crate) fn scene_offset(batches: &[TriangleBatch]) -> [f64; 3] {
     [0, 1, 2].map(|axis| {
         let center = (min[axis] + max[axis]) / 2.0;
         if size > 0.0 && center.abs() > FAR * size {
-            let step = size.log2().ceil().exp2();
+            let step = 2f64.powi(floor_log2(size) + 1);
             (center / step).round() * step
         } else {
             0.0

@@ -29,7 +29,7 @@ impl NodeGrid {
         let mut grid = NodeGrid { origin: bounds.min, exponent: [0; 3] };
         for axis in 0..3 {
             let extent = f64::from(bounds.max[axis]) - f64::from(bounds.min[axis]);
-            let mut exponent = ((extent / 255.0).log2().floor().max(f64::from(LEAST_EXPONENT))) as i32;
+            let mut exponent = floor_log2(extent / 255.0).max(LEAST_EXPONENT);
             loop {
                 grid.exponent[axis] = exponent as i8;
                 if grid.plane(axis, 255) >= bounds.max[axis] {
@@ -78,6 +78,12 @@ impl NodeGrid {
     }
 }
 
+/// The greatest integer *n* with 2^*n* <= `x`, from the bits of `x`: the logarithms of some systems are off by one
+/// unit in the last place, which here would be another grid. Very small for what is not a normal positive number.
+pub fn floor_log2(x: f64) -> i32 {
+    (x.to_bits() >> 52) as i32 - 1023
+}
+
 /// 2^`exponent`, which must be at least -126: the least for a normal f32.
 #[inline]
 pub fn power_of_two(exponent: i8) -> f32 {
@@ -102,6 +108,14 @@ mod tests {
                 prop_assert!(hi <= lo.saturating_add(1));
             }
         }
+    }
+
+    #[test]
+    fn logarithms_are_exact() {
+        for (x, n) in [(1.0, 0), (1.9999999, 0), (2.0, 1), (0.75, -1), (8.0, 3), (1e18, 59)] {
+            assert_eq!(floor_log2(x), n);
+        }
+        assert!(floor_log2(0.0) < LEAST_EXPONENT);
     }
 
     #[test]

@@ -243,8 +243,11 @@ impl SceneFile {
 
 impl CameraEntry {
     fn camera(&self) -> Check<Camera> {
-        let position = DVec3::from(self.position);
-        let forward = (DVec3::from(self.target) - position).try_normalize();
+        let (position, target) = (DVec3::from(self.position), DVec3::from(self.target));
+        if !(position.is_finite() && target.is_finite()) {
+            return Err("camera.position and camera.target must be finite numbers".into());
+        }
+        let forward = (target - position).try_normalize();
         let forward = forward.ok_or("camera.target is where the camera is; move one of them")?;
         let up = DVec3::from(self.up.unwrap_or([0.0, 1.0, 0.0]));
         let up = up.reject_from_normalized(forward).try_normalize().filter(|up| up.dot(forward).abs() < 1e-3);

@@ -30,7 +30,7 @@ impl CameraRays {
         let right = forward.cross(camera.up.into()).try_normalize();
         let right = right.ok_or(bad("looks along its up direction"))?;
         let (half_height, orthographic) = match camera.projection {
-            Projection::Perspective { vertical_fov } => ((0.5 * vertical_fov).tan(), false),
+            Projection::Perspective { vertical_fov } => (libm::tanf(0.5 * vertical_fov), false),
             Projection::Orthographic { height } => (0.5 * height, true),
         };
         if !(half_height > 0.0 && half_height < 1e10) {
@@ -60,13 +60,13 @@ impl CameraRays {
 /// vertical field of view of 40 degrees. `aspect` is the picture's width over height.
 pub fn frame_bounds(bounds: &Aabb, aspect: f32) -> Camera {
     let half_fov = 20f32.to_radians();
-    let tightest = half_fov.min((half_fov.tan() * aspect).atan());
+    let tightest = half_fov.min(libm::atanf(libm::tanf(half_fov) * aspect));
     // Somewhat away from a scene of a single point or none.
     let radius = if bounds.diagonal() > 0.0 { 0.5 * bounds.diagonal() } else { 1.0 };
     let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
     let backward = Vec3::new(0.55, 0.45, 1.0).normalize();
     let right = Vec3::Y.cross(backward).normalize();
-    let position = center.as_dvec3() + backward.as_dvec3() * f64::from(radius / tightest.sin());
+    let position = center.as_dvec3() + backward.as_dvec3() * f64::from(radius / libm::sinf(tightest));
     Camera {
         name: "frame".into(),
         position: position.into(),

@@ -20,7 +20,7 @@ fn concentric_disk(u: [f32; 2]) -> [f32; 2] {
     }
     let (r, theta) =
         if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
-    let (sin, cos) = theta.sin_cos();
+    let (sin, cos) = libm::sincosf(theta);
     [r * cos, r * sin]
 }
 

@@ -12,7 +12,7 @@ use raystrips_pack::layout::{TopNode, WideNode};
 use raystrips_pack::{PageView, StripView};
 
 /// A subtree that waits, and where the ray is inside its box.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Waiting<Child> {
     tnear: f32,
     tfar: f32,
@@ -21,18 +21,92 @@ struct Waiting<Child> {
     child: Child,
 }
 
+/// Subtrees that wait, the nearest of each node on top.
+#[derive(Debug)]
+struct Stack<Child> {
+    /// Of the greatest length that the scene can need.
+    slots: Vec<Waiting<Child>>,
+    len: usize,
+}
+
+impl<Child: Copy + Default + PartialEq> Stack<Child> {
+    fn for_depth(depth: usize) -> Stack<Child> {
+        Stack { slots: vec![Waiting::default(); depth * (LANES - 1) + 1], len: 0 }
+    }
+
+    /// The nearest waiting subtree that is met before `limit`.
+    #[inline(always)]
+    fn pop(&mut self, limit: f32) -> Option<Waiting<Child>> {
+        while self.len > 0 {
+            self.len -= 1;
+            let here = self.slots[self.len];
+            if here.tnear <= limit {
+                return Some(here);
+            }
+        }
+        None
+    }
+
+    /// Takes in `new` behind those above `first` that are nearer.
+    #[inline(always)]
+    fn insert(&mut self, first: usize, new: Waiting<Child>) {
+        let mut place = self.len;
+        self.len += 1;
+        while place > first && self.slots[place - 1].tnear < new.tnear {
+            self.slots[place] = self.slots[place - 1];
+            place -= 1;
+        }
+        self.slots[place] = new;
+    }
+
+    /// The nearest of the children that were hit; the others wait.
+    #[inline(always)]
+    fn nearest_child(
+        &mut self,
+        hits: &BoxHits,
+        node: Child,
+        children: &[Child; LANES],
+        empty: Child,
+    ) -> Option<Waiting<Child>> {
+        let waiting =
+            |i: usize| Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
+        let mut mask = hits.mask;
+        if mask == 0 {
+            return None;
+        }
+        let mut nearest = waiting(mask.trailing_zeros() as usize);
+        // Inverted boxes of unused places are met where the slack is larger than the node; they come last.
+        if nearest.child == empty {
+            return None;
+        }
+        mask &= mask - 1;
+        let first = self.len;
+        while mask != 0 {
+            let mut new = waiting(mask.trailing_zeros() as usize);
+            mask &= mask - 1;
+            if new.child == empty {
+                break;
+            }
+            if new.tnear < nearest.tnear {
+                std::mem::swap(&mut new, &mut nearest);
+            }
+            self.insert(first, new);
+        }
+        Some(nearest)
+    }
+}
+
 /// The memory of a traversal, kept from ray to ray.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Stacks {
-    top: Vec<Waiting<u32>>,
-    page: Vec<Waiting<u16>>,
+    top: Stack<u32>,
+    page: Stack<u16>,
 }
 
 impl Stacks {
-    /// Stacks that never grow in `scene`.
+    /// Stacks that are large enough for `scene`.
     pub fn for_scene(scene: &Scene) -> Stacks {
-        let most = scene.depth() * (LANES - 1) + 1;
-        Stacks { top: Vec::with_capacity(most), page: Vec::with_capacity(most) }
+        Stacks { top: Stack::for_depth(scene.depth()), page: Stack::for_depth(scene.depth()) }
     }
 }
 
@@ -78,13 +152,13 @@ pub(crate) fn trace<S: Simd, const ANY: bool>(s: S, scene: &Scene, stacks: &mut 
     let nodes = scene.top_nodes();
     let slack = Slack::below(&nodes[0].boxes, &ray);
     let stack = &mut stacks.top;
-    stack.clear();
+    stack.len = 0;
     let mut next = Some(Waiting { tnear: ray.tnear, tfar: ray.tfar, node: 0, child: 0 });
     while let Some(here) = next {
         next = if here.child & TopNode::ENTRY == 0 {
             let node = &nodes[here.child as usize];
             let hits = test_boxes(s, &node.boxes, &ray, &slack, here.tnear, best.hit.t);
-            nearest_child(stack, &hits, here.child, &node.child, TopNode::EMPTY)
+            stack.nearest_child(&hits, here.child, &node.child, TopNode::EMPTY)
         } else {
             let entry = scene.top_entry(here.child & !TopNode::ENTRY);
             best.locator = Locator::page(entry.page);
@@ -95,7 +169,7 @@ pub(crate) fn trace<S: Simd, const ANY: bool>(s: S, scene: &Scene, stacks: &mut 
             }
             None
         };
-        next = next.or_else(|| pop(stack, best.hit.t));
+        next = next.or_else(|| stack.pop(best.hit.t));
     }
     if best.hit.is_hit() { best.hit } else { Hit::MISS }
 }
@@ -108,19 +182,19 @@ fn trace_page<S: Simd, const ANY: bool>(
     root: u16,
     entry: f32,
     ray: &PreparedRay,
-    stack: &mut Vec<Waiting<u16>>,
+    stack: &mut Stack<u16>,
     best: &mut Best<ANY>,
 ) {
     let nodes = page.nodes();
     let slack = Slack::below(&nodes[usize::from(root)].boxes, ray);
     let mut current = None;
-    stack.clear();
+    stack.len = 0;
     let mut next = Some(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
     while let Some(here) = next {
         next = if here.child & WideNode::LEAF == 0 {
             let node = &nodes[usize::from(here.child)];
             let hits = test_boxes(s, &node.boxes, ray, &slack, here.tnear, best.hit.t);
-            nearest_child(stack, &hits, here.child, &node.child, WideNode::EMPTY)
+            stack.nearest_child(&hits, here.child, &node.child, WideNode::EMPTY)
         } else {
             let boxes = &nodes[usize::from(here.node)].boxes;
             let cluster = match current {
@@ -138,58 +212,6 @@ fn trace_page<S: Simd, const ANY: bool>(
             }
             None
         };
-        next = next.or_else(|| pop(stack, best.hit.t));
+        next = next.or_else(|| stack.pop(best.hit.t));
     }
-}
-
-/// The nearest waiting subtree that is met before `limit`.
-#[inline(always)]
-fn pop<Child: Copy>(stack: &mut Vec<Waiting<Child>>, limit: f32) -> Option<Waiting<Child>> {
-    while let Some(here) = stack.pop() {
-        if here.tnear <= limit {
-            return Some(here);
-        }
-    }
-    None
-}
-
-/// The nearest of the children that were hit; the others are put on the stack, the farthest first.
-#[inline(always)]
-fn nearest_child<Child: Copy + PartialEq>(
-    stack: &mut Vec<Waiting<Child>>,
-    hits: &BoxHits,
-    node: Child,
-    children: &[Child; LANES],
-    empty: Child,
-) -> Option<Waiting<Child>> {
-    let waiting = |i: usize| Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
-    let mut mask = hits.mask;
-    if mask == 0 {
-        return None;
-    }
-    // Inverted boxes of unused places are met where the slack is larger than the node; they come last.
-    let mut nearest = waiting(mask.trailing_zeros() as usize);
-    if nearest.child == empty {
-        return None;
-    }
-    mask &= mask - 1;
-    let first = stack.len();
-    while mask != 0 {
-        let mut new = waiting(mask.trailing_zeros() as usize);
-        mask &= mask - 1;
-        if new.child == empty {
-            break;
-        }
-        if new.tnear < nearest.tnear {
-            std::mem::swap(&mut new, &mut nearest);
-        }
-        stack.push(new);
-        let mut place = stack.len() - 1;
-        while place > first && stack[place - 1].tnear < new.tnear {
-            stack[place] = stack[place - 1];
-            place -= 1;
-        }
-        stack[place] = new;
-    }
-    Some(nearest)
 }

@@ -1,12 +1,29 @@
 //! Files that appear whole or not at all, and errors that name them.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::io::Write;
 use std::path::Path;
 
+/// Refuses, before any work, an output that cannot be written or would take the place of an input.
+pub fn check_output(path: &Path, inputs: &[&Path]) -> Result<()> {
+    if !folder_of(path).is_dir() {
+        bail!("{}: there is no such folder; make it first", path.display());
+    }
+    let same =
+        |input: &&Path| matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if inputs.iter().any(same) {
+        bail!("{}: is an input too; choose another name for the output", path.display());
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// Writes `bytes` to a temporary file beside `path` and renames it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let write = || -> std::io::Result<()> {
         let mut file =
             tempfile::Builder::new().prefix(".raystrips-").suffix(".partial").tempfile_in(folder)?;

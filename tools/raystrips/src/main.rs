@@ -29,10 +29,32 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // One line, whatever a library put into its message.
-            let message = format!("{error:#}").replace(['\n', '\r'], " ");
-            eprintln!("raystrips: error: {message}");
+            eprintln!("raystrips: error: {}", one_line(&error));
             ExitCode::from(FAILED)
         }
+    }
+}
+
+/// The error with its causes on one line, each said once: some messages tell their cause themselves.
+fn one_line(error: &anyhow::Error) -> String {
+    let mut message = String::new();
+    for cause in error.chain().map(|cause| cause.to_string().replace(['\n', '\r'], " ")) {
+        if !message.contains(&cause) {
+            let separator = if message.is_empty() { "" } else { ": " };
+            message.push_str(separator);
+            message.push_str(&cause);
+        }
+    }
+    message
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn causes_are_said_once() {
+        let error = anyhow::anyhow!("disk\nfull").context("a.rsp: disk full").context("b");
+        assert_eq!(one_line(&error), "b: a.rsp: disk full");
     }
 }

@@ -101,7 +101,7 @@ impl Phong {
             matches!(self.illumination, 4 | 6 | 7 | 9) && self.ior.is_some_and(|ior| ior > 0.0 && ior != 1.0);
         let shiny = self.specular.is_some_and(|c| !black(c)) && self.illumination != 1;
         // A Phong lobe of exponent n is as wide as a Beckmann lobe of alpha^2 = 2 / (n + 2); alpha is roughness^2.
-        let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).powf(0.25));
+        let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).sqrt().sqrt());
         let smooth = if mirror || glass { Some(0.0) } else { None };
         // Black with a texture means the color of the texture, which is not read yet.
         let diffuse = self.diffuse.filter(|&c| !(self.has_diffuse_map && black(c)));

@@ -45,7 +45,8 @@ fn compress_highlights(rgb: Vec3) -> Vec3 {
 
 /// The transfer function of sRGB (IEC 61966-2-1) for a value in 0 to 1, rounded to a byte.
 pub(crate) fn srgb_byte(linear: f32) -> u8 {
-    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    let encoded =
+        if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8
 }
 

@@ -2,6 +2,7 @@
 
 use super::{info::describe, print_json};
 use crate::args::{ConvertArgs, ConvertOptions};
+use crate::files::check_output;
 use crate::progress::ConvertProgress;
 use crate::units::{bytes, grouped};
 use crate::{interrupt, process};
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Converts models or a scene to a pack.
 pub fn run(args: &ConvertArgs) -> Result<()> {
+    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
+    check_output(&args.output, &inputs)?;
     interrupt::watch()?;
     let report = convert_with(&args.inputs, &args.output, &args.options, args.threads)?;
     if args.json {

@@ -1,7 +1,7 @@
 //! `raystrips render`.
 
 use crate::args::{IntegratorName, RenderArgs};
-use crate::files::write_whole;
+use crate::files::{check_output, write_whole};
 use crate::progress::render_bar;
 use crate::units::grouped;
 use crate::{cache, camera, interrupt, process};
@@ -19,6 +19,9 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     // Said before hours of work, not after.
     if !matches!(extension(&args.output).as_deref(), Some("exr" | "png")) {
         bail!("{}: a picture's name must end in .exr or .png", args.output.display());
+    }
+    for output in args.stats.iter().chain([&args.output]) {
+        check_output(output, &[&args.input])?;
     }
     interrupt::watch()?;
     let world = TracedWorld::new(Scene::open(&pack_of(args)?)?);

@@ -2,7 +2,7 @@
 
 use super::print_json;
 use crate::args::TraceArgs;
-use crate::files::write_whole;
+use crate::files::{check_output, write_whole};
 use crate::process::thread_cpu_time;
 use anyhow::{Context, Result, bail};
 use raystrips_geom::{Hit, Ray};
@@ -23,6 +23,9 @@ const HIT_BYTES: usize = 24;
 
 /// Traces a file of rays.
 pub fn run(args: &TraceArgs) -> Result<()> {
+    if let Some(path) = &args.output {
+        check_output(path, &[&args.pack, &args.rays])?;
+    }
     let kernel = choose_kernel(args.kernel.as_deref())?;
     let scene = Scene::open(&args.pack)?;
     let mut rays = read_rays(&args.rays)?;
