@@ -52,7 +52,7 @@ fn converted(folder: &Folder, arguments: &str) -> Value {
         told.as_object_mut().unwrap().remove(key);
     }
     assert_eq!(info, told);
-    assert_eq!(told["vertices"].as_u64().map(|n| 12 * n), told["bytes"]["vertices"].as_u64());
+    assert!(12 * told["vertices"].as_u64().unwrap() <= told["bytes"]["vertices"].as_u64().unwrap());
     folder.run("verify out.rsp").done();
     told
 }

@@ -5,6 +5,7 @@
 mod assemble;
 mod emitters;
 mod mesh;
+mod octants;
 mod offset;
 
 pub use raystrips_meshio::ImportOptions;
@@ -153,6 +154,7 @@ pub fn convert(
     let manifest = Manifest {
         generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
         triangles: 0,
+        vertices: welded.mesh.positions.len() as u64,
         strips: 0,
         clusters: 0,
         pages: 0,
@@ -170,10 +172,13 @@ pub fn convert(
         },
         scene,
     };
-    let failed = |source| ConvertError::Write { path: output.to_owned(), source };
+    let failed = |source| match observer.is_cancelled() {
+        true => ConvertError::Cancelled,
+        false => ConvertError::Write { path: output.to_owned(), source },
+    };
     let (manifest, file_bytes) =
         write(output, manifest, &welded, &built, params, observer).map_err(failed)?;
-    clock.finish(Stage::Write)?;
+    clock.record(Stage::Write);
     let mut warnings = import.report.warnings;
     if import.report.warnings_left_out > 0 {
         warnings.push(format!("{} more warnings", import.report.warnings_left_out));
@@ -237,9 +242,14 @@ impl<'a> Clock<'a> {
         Clock { observer, begin: Instant::now(), seconds: Vec::new() }
     }
 
-    fn finish(&mut self, stage: Stage) -> Result<(), ConvertError> {
+    fn record(&mut self, stage: Stage) {
         self.seconds.push((stage, self.begin.elapsed().as_secs_f64()));
         self.begin = Instant::now();
+    }
+
+    /// Records a stage, after which the conversion can still be ended.
+    fn finish(&mut self, stage: Stage) -> Result<(), ConvertError> {
+        self.record(stage);
         if self.observer.is_cancelled() { Err(ConvertError::Cancelled) } else { Ok(()) }
     }
 

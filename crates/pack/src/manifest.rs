@@ -15,6 +15,8 @@ pub struct Manifest {
     pub generator: String,
     /// Triangles.
     pub triangles: u64,
+    /// Different positions; pages hold those that several clusters use more than once.
+    pub vertices: u64,
     /// Strips.
     pub strips: u64,
     /// Clusters.

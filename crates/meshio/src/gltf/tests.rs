@@ -1,3 +1,5 @@
+//! glTF files as people have them: good, odd and hostile.
+
 use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
 use crate::{Import, ImportError, ImportOptions};
 use raystrips_geom::scene::{LightKind, Projection};

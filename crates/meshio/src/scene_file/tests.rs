@@ -1,3 +1,5 @@
+//! Scene files: every key, and what is refused.
+
 use crate::testing::{Collect, import_path};
 use crate::{Import, ImportError, ImportOptions, Progress, TriangleBatch, TriangleSink, import};
 use raystrips_geom::scene::{Projection, Sky};

@@ -114,6 +114,7 @@ fn manifest() -> Manifest {
         generator: "sample".into(),
         triangles: 0,
         strips: 0,
+        vertices: 20,
         clusters: 0,
         pages: 0,
         depth: 4,

@@ -23,17 +23,13 @@ pub fn run(args: &InfoArgs) -> Result<()> {
     Ok(())
 }
 
-/// Bytes of a vertex in a pack: three f32.
-const VERTEX_BYTES: u64 = 12;
-
-/// The JSON that `info` and `convert` share. Vertices are counted as often as they are stored: once in each
-/// cluster that uses them.
+/// The JSON that `info` and `convert` share.
 pub fn describe(manifest: &Manifest, file_bytes: u64) -> Value {
     let bytes = &manifest.bytes;
     let other = file_bytes.saturating_sub(bytes.tracing() - bytes.page_overhead + bytes.materials);
     json!({
         "triangles": manifest.triangles,
-        "vertices": bytes.vertices / VERTEX_BYTES,
+        "vertices": manifest.vertices,
         "strips": manifest.strips,
         "triangles_per_strip": manifest.triangles as f64 / manifest.strips.max(1) as f64,
         "clusters": manifest.clusters,
