@@ -4,7 +4,6 @@
 //! cluster that did not fit. A node whose clusters are all in one page lies in that page; the others lie above
 //! the pages and lead into them.
 
-use crate::octants::places;
 use crate::{Observer, Stage};
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
@@ -95,17 +94,6 @@ fn node_count(tree: &Bvh) -> usize {
     1 + tree.open(WIDTH, |_| true).iter().filter(inner).map(|t| node_count(t)).sum::<usize>()
 }
 
-/// The places of children in their node, and the boxes of all places.
-fn placed(children: &[&Bvh]) -> (Vec<usize>, [Aabb; WIDTH]) {
-    let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
-    let places = places(&bounds);
-    let mut by_place = [Aabb::EMPTY; WIDTH];
-    for (&place, b) in places.iter().zip(&bounds) {
-        by_place[place] = *b;
-    }
-    (places, by_place)
-}
-
 /// A tree that lies in one page, and its level there.
 struct Root<'a> {
     page: u32,
@@ -131,11 +119,11 @@ impl<'a> Plan<'a> {
     fn above(&mut self, tree: &'a Bvh, level: u32) -> u32 {
         self.depth = self.depth.max(level);
         let children = tree.open(WIDTH, |t| !self.is_in_one_page(t));
-        let (places, bounds) = placed(&children);
+        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
         let node = self.nodes.len();
         self.nodes.push(TopNode { boxes: ChildBoxes::around(&bounds, 0), child: [TopNode::EMPTY; WIDTH] });
-        for (place, child) in places.into_iter().zip(children) {
-            self.nodes[node].child[place] = if self.is_in_one_page(child) {
+        for (slot, child) in children.into_iter().enumerate() {
+            self.nodes[node].child[slot] = if self.is_in_one_page(child) {
                 let page = self.page_of[child.items().start];
                 self.roots.push(Root { page, tree: child, level: level + 1 });
                 TopNode::ENTRY | (self.roots.len() - 1) as u32
@@ -167,11 +155,11 @@ impl PageContents<'_> {
             return self.cluster(&self.clusters[items.start], level);
         }
         let children = tree.open(WIDTH, |_| true);
-        let (places, bounds) = placed(&children);
+        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
         let node = self.builder.node(0, &bounds);
-        for (place, child) in places.into_iter().zip(children) {
+        for (slot, child) in children.into_iter().enumerate() {
             let child = self.tree(child, level + 1);
-            self.builder.link(node, place, child);
+            self.builder.link(node, slot, child);
         }
         node
     }
@@ -179,32 +167,32 @@ impl PageContents<'_> {
     /// Adds a cluster and gives the node of its tree.
     fn cluster(&mut self, cluster: &Cluster, level: u32) -> u16 {
         let number = self.builder.cluster(cluster.vertices.clone());
-        let mut hooks = vec![(0, 0); cluster.strips.len()];
-        let root = self.cluster_node(number, &cluster.tree, level, &mut hooks);
-        for (strip, (node, place)) in cluster.strips.iter().zip(hooks) {
+        let mut places = vec![(0, 0); cluster.strips.len()];
+        let root = self.cluster_node(number, &cluster.tree, level, &mut places);
+        for (strip, (node, slot)) in cluster.strips.iter().zip(places) {
             let parts = StripParts {
                 refs: &strip.refs,
                 turns: &strip.turns,
                 splits: &strip.splits,
                 geometry: strip.geometry,
             };
-            self.builder.strip(node, place, parts);
+            self.builder.strip(node, slot, parts);
         }
         root
     }
 
     /// Adds a node over strips, and notes where each strip shall hang.
-    fn cluster_node(&mut self, cluster: u8, tree: &Bvh, level: u32, hooks: &mut [(u16, usize)]) -> u16 {
+    fn cluster_node(&mut self, cluster: u8, tree: &Bvh, level: u32, places: &mut [(u16, usize)]) -> u16 {
         self.depth = self.depth.max(level);
         let children = tree.open(WIDTH, |_| true);
-        let (places, bounds) = placed(&children);
+        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
         let node = self.builder.node(cluster, &bounds);
-        for (place, child) in places.into_iter().zip(children) {
+        for (slot, child) in children.into_iter().enumerate() {
             if let Bvh::Leaf { items, .. } = child {
-                hooks[items.start] = (node, place);
+                places[items.start] = (node, slot);
             } else {
-                let child = self.cluster_node(cluster, child, level + 1, hooks);
-                self.builder.link(node, place, child);
+                let child = self.cluster_node(cluster, child, level + 1, places);
+                self.builder.link(node, slot, child);
             }
         }
         node

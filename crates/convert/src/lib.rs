@@ -5,7 +5,6 @@
 mod assemble;
 mod emitters;
 mod mesh;
-mod octants;
 mod offset;
 
 pub use raystrips_meshio::ImportOptions;

@@ -114,9 +114,6 @@ pub struct PageEntry {
 }
 
 /// The boxes of up to eight children on the grid of their node.
-///
-/// A child should be at the place whose bits 0, 1, 2 tell whether it lies on the upper side of the node along x, y,
-/// z: then a ray meets children about in the order of place XOR octant of its direction, which spares sorting.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ChildBoxes {
@@ -133,16 +130,15 @@ pub struct ChildBoxes {
 }
 
 impl ChildBoxes {
-    /// The smallest grid boxes around `bounds`, place by place; places without a child, where `bounds` is empty or
-    /// ends, hold inverted boxes.
+    /// The smallest grid boxes around `bounds`, at most [`WIDTH`] of them; unused places hold inverted boxes.
     ///
     /// # Panics
-    /// If there are no or too many places, all are empty, or one is not finite.
+    /// If there are none or too many, or one is empty or not finite.
     pub fn around(bounds: &[Aabb], cluster: u8) -> ChildBoxes {
         assert!((1..=WIDTH).contains(&bounds.len()), "{} children", bounds.len());
         let grid = NodeGrid::covering(&bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)));
         let (mut lo, mut hi) = ([[255; WIDTH]; 3], [[0; WIDTH]; 3]);
-        for (i, b) in bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
+        for (i, b) in bounds.iter().enumerate() {
             for axis in 0..3 {
                 lo[axis][i] = grid.round_down(axis, b.min[axis]);
                 hi[axis][i] = grid.round_up(axis, b.max[axis]);
@@ -172,7 +168,7 @@ pub struct WideNode {
     /// Where the children are.
     pub boxes: ChildBoxes,
     /// [`WideNode::EMPTY`]; or with [`WideNode::LEAF`] set, the place of a strip in the strips of the node's
-    /// cluster; or the place of a node in the page, after this one. See [`ChildBoxes`] for the order.
+    /// cluster; or the place of a node in the page, after this one. Used places come first.
     pub child: [u16; WIDTH],
 }
 
@@ -190,7 +186,7 @@ pub struct TopNode {
     /// Where the children are.
     pub boxes: ChildBoxes,
     /// [`TopNode::EMPTY`]; or with [`TopNode::ENTRY`] set, the place of a [`TopEntry`]; or the place of a node
-    /// after this one. See [`ChildBoxes`] for the order.
+    /// after this one. Used places come first.
     pub child: [u32; WIDTH],
 }
 

@@ -35,13 +35,13 @@ pub(crate) fn check_nodes<N>(
         if here > depth_limit {
             return wrong("too deep");
         }
-        let children = children(node);
-        if children.iter().all(|child| matches!(child, Child::None)) {
-            return wrong("no children");
-        }
-        for child in children {
+        let mut ended = false;
+        for (slot, child) in children(node).into_iter().enumerate() {
             match child {
-                Child::None | Child::Leaf => {}
+                Child::None if slot == 0 => return wrong("no children"),
+                Child::None => ended = true,
+                _ if ended => return wrong("a child after an empty place"),
+                Child::Leaf => {}
                 Child::Broken(what) => return wrong(what),
                 Child::Node(c) if c <= i || c >= nodes.len() || level[c] != 0 => return wrong("bad child"),
                 Child::Node(c) => level[c] = here + 1,

@@ -8,7 +8,7 @@
 //! other.
 
 use crate::prepared::PreparedRay;
-use crate::simd::{LANES, Simd, Words};
+use crate::simd::{LANES, Simd};
 use raystrips_geom::grid::power_of_two;
 use raystrips_pack::layout::ChildBoxes;
 
@@ -17,14 +17,14 @@ use raystrips_pack::layout::ChildBoxes;
 /// them.
 const RELATIVE_SLACK: f32 = 1.0 / (1 << 19) as f32;
 
-/// Boxes that a ray meets, about from the farthest to the nearest.
-pub(crate) struct BoxHits<S: Simd> {
-    /// How many, in the first lanes of the others.
-    pub count: usize,
-    /// Where the ray enters each, never before it enters the node.
-    pub tnear: S::F,
-    /// The child in each.
-    pub child: S::W,
+/// Where a ray is inside each box.
+pub(crate) struct BoxHits {
+    /// Entry; never before the entry into the node.
+    pub tnear: [f32; LANES],
+    /// Exit.
+    pub tfar: [f32; LANES],
+    /// Bit *i*: box *i* is met before the limit.
+    pub mask: u32,
 }
 
 /// What box tests below a node must allow for, as a distance along the ray for planes across each axis.
@@ -61,18 +61,16 @@ impl RayGrid {
     }
 }
 
-/// Tests the boxes of a node, which hold `children` and which the ray enters at `entry`, against hits up to `limit`.
-/// A place without a child may be among the hits, where the slack is larger than the node.
+/// Tests the boxes of a node that the ray enters at `entry`, against hits up to `limit`.
 #[inline(always)]
 pub(crate) fn test_boxes<S: Simd>(
     s: S,
     boxes: &ChildBoxes,
-    children: S::W,
     ray: &PreparedRay,
     slack: &Slack,
     entry: f32,
     limit: f32,
-) -> BoxHits<S> {
+) -> BoxHits {
     let grid = RayGrid::new(boxes, ray, slack);
     let mut tnear = s.splat(entry);
     let mut tfar = s.splat(ray.tfar);
@@ -85,28 +83,9 @@ pub(crate) fn test_boxes<S: Simd>(
         tnear = s.max(s.add(s.mul(s.convert(near), step), before), tnear);
         tfar = s.min(s.add(s.mul(s.convert(far), step), after), tfar);
     }
-    // Places stand for octants: in the order of place XOR octant of the ray, boxes come about from near to far.
-    let order = &FAR_TO_NEAR[ray.octant];
-    let tnear = s.permute(tnear, order);
-    let mask = s.le(tnear, s.permute(s.min(tfar, s.splat(limit)), order));
-    let (tnear, child) = s.compress(mask, tnear, s.permute_words(children, order));
-    BoxHits { count: mask.count_ones() as usize, tnear, child }
+    let mask = s.le(tnear, s.min(tfar, s.splat(limit)));
+    BoxHits { tnear: s.store(tnear), tfar: s.store(tfar), mask }
 }
-
-/// For each octant of directions the places of a node, those that are met last coming first.
-static FAR_TO_NEAR: [Words; 8] = {
-    let mut table = [Words([0; LANES]); 8];
-    let mut octant = 0;
-    while octant < 8 {
-        let mut i = 0;
-        while i < LANES {
-            table[octant].0[i] = ((LANES - 1 - i) ^ octant) as i32;
-            i += 1;
-        }
-        octant += 1;
-    }
-    table
-};
 
 /// One value a component: unlike `<[T; 3]>::map`, always inlined.
 #[inline(always)]

@@ -16,8 +16,6 @@ pub(crate) struct PreparedRay {
     pub inv_dir: [f32; 3],
     /// Whether it runs up each axis.
     pub forward: [bool; 3],
-    /// Bit *i*: it runs down axis *i*.
-    pub octant: usize,
     /// The axes x, y, z of the sheared space, z being that along which the ray runs fastest: one more than the
     /// number of each, after a zero.
     pub order: [i32; 4],
@@ -52,14 +50,12 @@ impl PreparedRay {
         let exact_inverse_z = 1.0 / f64::from(ray.dir[kz]);
         let exact_shear_x = f64::from(ray.dir[kx]) * exact_inverse_z;
         let exact_shear_y = f64::from(ray.dir[ky]) * exact_inverse_z;
-        let forward = [inv_dir[0] >= 0.0, inv_dir[1] >= 0.0, inv_dir[2] >= 0.0];
         PreparedRay {
             org: ray.org,
             tnear: ray.tnear,
             tfar: ray.tfar,
             inv_dir,
-            forward,
-            octant: usize::from(!forward[0]) | usize::from(!forward[1]) << 1 | usize::from(!forward[2]) << 2,
+            forward: [inv_dir[0] >= 0.0, inv_dir[1] >= 0.0, inv_dir[2] >= 0.0],
             order: [0, 1 + kx as i32, 1 + ky as i32, 1 + kz as i32],
             org_x: ray.org[kx],
             org_y: ray.org[ky],

@@ -23,7 +23,7 @@ struct Part {
 /// Parts that wait: one a level of a tree over at most 255 / 6 windows.
 const STACK: usize = 8;
 
-/// Tests the strip against the ray, which enters its box at `tnear`. `limit` tells up to where
+/// Tests the strip against the ray, which is inside its box from `tnear` to `tfar`. `limit` tells up to where
 /// hits still matter; `found` is told each triangle hit with its place in the strip, the entry into the box of
 /// its window, and returns true when enough was found.
 #[inline(always)]
@@ -33,7 +33,7 @@ pub(crate) fn test_strip<S: Simd>(
     grid: impl FnOnce() -> RayGrid,
     strip: &StripView,
     points: &[f32],
-    tnear: f32,
+    (tnear, tfar): (f32, f32),
     found: &mut impl StripHits,
 ) {
     if strip.window_count() == 1 {
@@ -43,7 +43,7 @@ pub(crate) fn test_strip<S: Simd>(
     let grid = grid();
     let mut stack = [Part::default(); STACK];
     let mut waiting = 0;
-    let mut part = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar: ray.tfar };
+    let mut part = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar };
     loop {
         if part.count == 1 {
             test_window(s, ray, points, strip.window(part.first), |mut hit| {

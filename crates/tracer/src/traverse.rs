@@ -11,57 +11,96 @@ use raystrips_geom::{Hit, Ray};
 use raystrips_pack::layout::{TopNode, WideNode};
 use raystrips_pack::{PageView, StripView};
 
-/// Subtrees that wait, those met last at the bottom: about, which costs no more than the visits that a later hit
-/// makes unnecessary, while sorting would cost a wrong guess of the processor in every other node.
+/// A subtree that waits, and where the ray is inside its box.
+#[derive(Clone, Copy, Debug, Default)]
+struct Waiting<Child> {
+    tnear: f32,
+    tfar: f32,
+    /// Node that holds `child`.
+    node: Child,
+    child: Child,
+}
+
+/// Subtrees that wait, the nearest of each node on top.
 #[derive(Debug)]
-struct Stack {
-    /// Where the ray enters each.
-    tnear: Vec<f32>,
-    child: Vec<u32>,
+struct Stack<Child> {
+    /// Of the greatest length that the scene can need.
+    slots: Vec<Waiting<Child>>,
     len: usize,
 }
 
-impl Stack {
-    fn for_depth(depth: usize) -> Stack {
-        let most = depth * (LANES - 1) + 1 + LANES;
-        Stack { tnear: vec![0.0; most], child: vec![0; most], len: 0 }
-    }
-
-    /// Only `child` waits.
-    #[inline(always)]
-    fn reset(&mut self, tnear: f32, child: u32) {
-        self.tnear[0] = tnear;
-        self.child[0] = child;
-        self.len = 1;
-    }
-
-    /// All lanes are written, of which those that were hit count.
-    #[inline(always)]
-    fn push<S: Simd>(&mut self, s: S, hits: BoxHits<S>) {
-        self.tnear[self.len..self.len + LANES].copy_from_slice(&s.store(hits.tnear));
-        self.child[self.len..self.len + LANES].copy_from_slice(&s.store_words(hits.child));
-        self.len += hits.count;
+impl<Child: Copy + Default + PartialEq> Stack<Child> {
+    fn for_depth(depth: usize) -> Stack<Child> {
+        Stack { slots: vec![Waiting::default(); depth * (LANES - 1) + 1], len: 0 }
     }
 
     /// The nearest waiting subtree that is met before `limit`.
     #[inline(always)]
-    fn pop(&mut self, limit: f32) -> Option<(f32, u32)> {
+    fn pop(&mut self, limit: f32) -> Option<Waiting<Child>> {
         while self.len > 0 {
             self.len -= 1;
-            let tnear = self.tnear[self.len];
-            if tnear <= limit {
-                return Some((tnear, self.child[self.len]));
+            let here = self.slots[self.len];
+            if here.tnear <= limit {
+                return Some(here);
             }
         }
         None
+    }
+
+    /// Takes in `new` behind those above `first` that are nearer.
+    #[inline(always)]
+    fn insert(&mut self, first: usize, new: Waiting<Child>) {
+        let mut place = self.len;
+        self.len += 1;
+        while place > first && self.slots[place - 1].tnear < new.tnear {
+            self.slots[place] = self.slots[place - 1];
+            place -= 1;
+        }
+        self.slots[place] = new;
+    }
+
+    /// The nearest of the children that were hit; the others wait.
+    #[inline(always)]
+    fn nearest_child(
+        &mut self,
+        hits: &BoxHits,
+        node: Child,
+        children: &[Child; LANES],
+        empty: Child,
+    ) -> Option<Waiting<Child>> {
+        let waiting =
+            |i: usize| Waiting { tnear: hits.tnear[i], tfar: hits.tfar[i], node, child: children[i] };
+        let mut mask = hits.mask;
+        if mask == 0 {
+            return None;
+        }
+        let mut nearest = waiting(mask.trailing_zeros() as usize);
+        // Inverted boxes of unused places are met where the slack is larger than the node; they come last.
+        if nearest.child == empty {
+            return None;
+        }
+        mask &= mask - 1;
+        let first = self.len;
+        while mask != 0 {
+            let mut new = waiting(mask.trailing_zeros() as usize);
+            mask &= mask - 1;
+            if new.child == empty {
+                break;
+            }
+            if new.tnear < nearest.tnear {
+                std::mem::swap(&mut new, &mut nearest);
+            }
+            self.insert(first, new);
+        }
+        Some(nearest)
     }
 }
 
 /// The memory of a traversal, kept from ray to ray.
 #[derive(Debug)]
 pub(crate) struct Stacks {
-    top: Stack,
-    page: Stack,
+    top: Stack<u32>,
+    page: Stack<u16>,
 }
 
 impl Stacks {
@@ -112,22 +151,25 @@ pub(crate) fn trace<S: Simd, const ANY: bool>(s: S, scene: &Scene, stacks: &mut 
     let mut best = Best::<ANY> { hit: Hit { t: ray.tfar, ..Hit::MISS }, locator: Locator(0) };
     let nodes = scene.top_nodes();
     let slack = Slack::below(&nodes[0].boxes, &ray);
-    stacks.top.reset(ray.tnear, 0);
-    while let Some((tnear, child)) = stacks.top.pop(best.hit.t) {
-        if child & TopNode::ENTRY == 0 {
-            let node = &nodes[child as usize];
-            stacks
-                .top
-                .push(s, test_boxes(s, &node.boxes, s.words(&node.child), &ray, &slack, tnear, best.hit.t));
-        } else if child != TopNode::EMPTY {
-            let entry = scene.top_entry(child & !TopNode::ENTRY);
+    let stack = &mut stacks.top;
+    stack.len = 0;
+    let mut next = Some(Waiting { tnear: ray.tnear, tfar: ray.tfar, node: 0, child: 0 });
+    while let Some(here) = next {
+        next = if here.child & TopNode::ENTRY == 0 {
+            let node = &nodes[here.child as usize];
+            let hits = test_boxes(s, &node.boxes, &ray, &slack, here.tnear, best.hit.t);
+            stack.nearest_child(&hits, here.child, &node.child, TopNode::EMPTY)
+        } else {
+            let entry = scene.top_entry(here.child & !TopNode::ENTRY);
             best.locator = Locator::page(entry.page);
             let page = scene.page(entry.page);
-            trace_page(s, &page, entry.node as u16, tnear, &ray, &mut stacks.page, &mut best);
+            trace_page(s, &page, entry.node as u16, here.tnear, &ray, &mut stacks.page, &mut best);
             if best.done() {
                 break;
             }
-        }
+            None
+        };
+        next = next.or_else(|| stack.pop(best.hit.t));
     }
     if best.hit.is_hit() { best.hit } else { Hit::MISS }
 }
@@ -140,34 +182,36 @@ fn trace_page<S: Simd, const ANY: bool>(
     root: u16,
     entry: f32,
     ray: &PreparedRay,
-    stack: &mut Stack,
+    stack: &mut Stack<u16>,
     best: &mut Best<ANY>,
 ) {
     let nodes = page.nodes();
     let slack = Slack::below(&nodes[usize::from(root)].boxes, ray);
     let mut current = None;
-    stack.reset(entry, u32::from(root));
-    while let Some((tnear, word)) = stack.pop(best.hit.t) {
-        // The node that holds the child, and the child.
-        let (holder, child) = ((word >> 16) as usize, word as u16);
-        if child & WideNode::LEAF == 0 {
-            let node = &nodes[usize::from(child)];
-            let children = s.half_words(&node.child, child);
-            stack.push(s, test_boxes(s, &node.boxes, children, ray, &slack, tnear, best.hit.t));
-        } else if child != WideNode::EMPTY {
-            let boxes = &nodes[holder].boxes;
+    stack.len = 0;
+    let mut next = Some(Waiting { tnear: entry, tfar: ray.tfar, node: root, child: root });
+    while let Some(here) = next {
+        next = if here.child & WideNode::LEAF == 0 {
+            let node = &nodes[usize::from(here.child)];
+            let hits = test_boxes(s, &node.boxes, ray, &slack, here.tnear, best.hit.t);
+            stack.nearest_child(&hits, here.child, &node.child, WideNode::EMPTY)
+        } else {
+            let boxes = &nodes[usize::from(here.node)].boxes;
             let cluster = match current {
                 Some((number, cluster)) if number == boxes.cluster => cluster,
                 _ => page.cluster(usize::from(boxes.cluster)),
             };
             current = Some((boxes.cluster, cluster));
-            let offset = child & !WideNode::LEAF;
+            let offset = here.child & !WideNode::LEAF;
             let strip = cluster.strip(usize::from(offset));
             best.locator = best.locator.with_strip(boxes.cluster, offset);
-            test_strip(s, ray, || RayGrid::new(boxes, ray, &slack), &strip, cluster.points(), tnear, best);
+            let range = (here.tnear, here.tfar);
+            test_strip(s, ray, || RayGrid::new(boxes, ray, &slack), &strip, cluster.points(), range, best);
             if best.done() {
                 return;
             }
-        }
+            None
+        };
+        next = next.or_else(|| stack.pop(best.hit.t));
     }
 }

@@ -70,8 +70,8 @@ impl PageBuilder {
         (self.clusters.len() - 1) as u8
     }
 
-    /// Adds a node with children in `bounds`, place by place, each still to be linked, and gives its number. Its
-    /// strips are those of `cluster`.
+    /// Adds a node with children in `bounds`, each still to be linked, and gives its number. Its strips are
+    /// those of `cluster`.
     ///
     /// # Panics
     /// If there are more nodes than a page can number.

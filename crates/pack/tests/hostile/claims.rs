@@ -62,6 +62,7 @@ fn claims_above_the_pages_are_checked() {
     refused(&top_byte(15, 1), "a node has a cluster");
     refused(&top_byte(12, 0x81), "node 0: bad grid");
     refused(&top_child(0, TopNode::EMPTY), "node 0: no children");
+    refused(&top_child(3, 1), "node 0: a child after an empty place");
     refused(&top_child(2, 1), "node 0: bad child");
     refused(&top_child(0, 0), "node 0: bad child");
     refused(&top_child(0, 2), "node 0: bad child");

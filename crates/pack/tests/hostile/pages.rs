@@ -67,6 +67,7 @@ fn nodes_are_checked() {
     refused(&byte(NODES + 13, 0x7F), "node 0: bad grid");
     refused(&with("page", NODES / 4, |x: &mut f32| *x = f32::NAN), "node 0: bad grid");
     refused(&child(0, 0, WideNode::EMPTY), "node 0: no children");
+    refused(&child(0, 3, 1), "node 0: a child after an empty place");
     refused(&child(0, 1, 1), "node 0: bad child");
     refused(&child(1, 0, 1), "node 1: bad child");
     refused(&child(0, 1, 3), "node 0: bad child");

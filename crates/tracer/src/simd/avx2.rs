@@ -1,7 +1,7 @@
 //! Eight f32 as an AVX register.
 #![allow(unsafe_code)]
 
-use super::{LANES, SET_LANES, Simd, Words};
+use super::{LANES, Simd, Words};
 use std::arch::x86_64::*;
 
 /// The processor has AVX2.
@@ -32,7 +32,6 @@ macro_rules! lanewise {
 
 impl Simd for Avx2 {
     type F = __m256;
-    type W = __m256i;
 
     lanewise! {
         add(a, b) = _mm256_add_ps;
@@ -84,45 +83,6 @@ impl Simd for Avx2 {
     fn permute(self, a: __m256, lanes: &Words) -> __m256 {
         // SAFETY: as above; 32 bytes are read from 32 bytes.
         unsafe { _mm256_permutevar8x32_ps(a, words(lanes)) }
-    }
-
-    #[inline(always)]
-    fn compress(self, mask: u32, a: __m256, w: __m256i) -> (__m256, __m256i) {
-        let lanes = &SET_LANES[mask as usize & 0xFF];
-        // SAFETY: as above; eight bytes are read from eight bytes.
-        unsafe {
-            let lanes = _mm256_cvtepu8_epi32(_mm_loadl_epi64(lanes.as_ptr().cast()));
-            (_mm256_permutevar8x32_ps(a, lanes), _mm256_permutevar8x32_epi32(w, lanes))
-        }
-    }
-
-    #[inline(always)]
-    fn words(self, w: &[u32; LANES]) -> __m256i {
-        // SAFETY: as above; 32 bytes are read from 32 bytes, aligned or not.
-        unsafe { _mm256_loadu_si256(w.as_ptr().cast()) }
-    }
-
-    #[inline(always)]
-    fn half_words(self, w: &[u16; LANES], high: u16) -> __m256i {
-        // SAFETY: as above; 16 bytes are read from 16 bytes, aligned or not.
-        unsafe {
-            let low = _mm256_cvtepu16_epi32(_mm_loadu_si128(w.as_ptr().cast()));
-            _mm256_or_si256(low, _mm256_set1_epi32(i32::from(high) << 16))
-        }
-    }
-
-    #[inline(always)]
-    fn permute_words(self, w: __m256i, lanes: &Words) -> __m256i {
-        // SAFETY: as above; 32 bytes are read from 32 bytes.
-        unsafe { _mm256_permutevar8x32_epi32(w, words(lanes)) }
-    }
-
-    #[inline(always)]
-    fn store_words(self, w: __m256i) -> [u32; LANES] {
-        let mut out = [0; LANES];
-        // SAFETY: as above; 32 bytes are written to 32 bytes, aligned or not.
-        unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), w) };
-        out
     }
 
     #[inline(always)]

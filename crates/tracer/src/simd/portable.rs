@@ -1,6 +1,6 @@
 //! Eight f32 as an array: for every processor, and what the other implementations are compared with.
 
-use super::{LANES, SET_LANES, Simd, Words};
+use super::{LANES, Simd, Words};
 use crate::boxes::{each, max, min};
 use std::array::from_fn;
 
@@ -10,7 +10,6 @@ pub(crate) struct Portable;
 
 impl Simd for Portable {
     type F = [f32; LANES];
-    type W = [u32; LANES];
 
     #[inline(always)]
     fn splat(self, x: f32) -> Self::F {
@@ -70,32 +69,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn permute(self, a: Self::F, lanes: &Words) -> Self::F {
         from_fn(|i| a[lanes.0[i] as usize % LANES])
-    }
-
-    #[inline(always)]
-    fn compress(self, mask: u32, a: Self::F, w: Self::W) -> (Self::F, Self::W) {
-        let lanes = &SET_LANES[mask as usize & 0xFF];
-        (from_fn(|i| a[usize::from(lanes[i])]), from_fn(|i| w[usize::from(lanes[i])]))
-    }
-
-    #[inline(always)]
-    fn words(self, w: &[u32; LANES]) -> Self::W {
-        *w
-    }
-
-    #[inline(always)]
-    fn half_words(self, w: &[u16; LANES], high: u16) -> Self::W {
-        from_fn(|i| u32::from(high) << 16 | u32::from(w[i]))
-    }
-
-    #[inline(always)]
-    fn permute_words(self, w: Self::W, lanes: &Words) -> Self::W {
-        from_fn(|i| w[lanes.0[i] as usize % LANES])
-    }
-
-    #[inline(always)]
-    fn store_words(self, w: Self::W) -> [u32; LANES] {
-        w
     }
 
     #[inline(always)]
