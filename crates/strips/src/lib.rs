@@ -46,9 +46,9 @@ pub struct StripParams {
 }
 
 impl Default for StripParams {
-    /// Two windows: `docs/RESULTS.md`, "Length of strips".
+    /// One window: `docs/RESULTS.md`, "Length of strips".
     fn default() -> StripParams {
-        StripParams { max_windows: 2 }
+        StripParams { max_windows: 1 }
     }
 }
 

@@ -16,6 +16,8 @@ use support::{Model, Random, corpus};
 const MAX_TRIANGLES: u64 = 100_000;
 /// Triangle tests a model when the number of rays is not given.
 const DEFAULT_TESTS: u64 = 100_000_000;
+/// Longest strips of the packs.
+const STRIP_WINDOWS: [usize; 4] = [1, 2, 5, 42];
 /// A hit or miss this close to the border of a triangle, and a distance off by this much, count as right; shares
 /// of the scene's diagonal.
 const TOLERANCE: f64 = 1e-6;
@@ -24,8 +26,9 @@ const TOLERANCE: f64 = 1e-6;
 fn hits_equal_brute_force() {
     let asked: Option<u64> = std::env::var("RAYSTRIPS_ORACLE_RAYS").ok().and_then(|n| n.parse().ok());
     let mut models = 0;
-    for path in corpus() {
-        let Ok(model) = Model::convert(&path) else { continue };
+    for (i, path) in corpus().into_iter().enumerate() {
+        // All lengths of strips in turn.
+        let Ok(model) = Model::convert(&path, STRIP_WINDOWS[i % STRIP_WINDOWS.len()]) else { continue };
         if model.triangles.len() as u64 > MAX_TRIANGLES {
             continue;
         }

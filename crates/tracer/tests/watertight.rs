@@ -28,15 +28,29 @@ fn no_ray_gets_out_long() {
 fn check(rays: u64) {
     let folder = tempfile::tempdir().unwrap();
     let blobs = [
-        Blob { name: "round", rings: 40, size: 1.0, center: Vec3::ZERO, roughness: 0.0 },
-        Blob { name: "rough", rings: 150, size: 3.0, center: Vec3::new(0.3, -0.2, 0.1), roughness: 0.5 },
-        Blob { name: "far", rings: 60, size: 10.0, center: Vec3::new(55.0, -70.0, 31.0), roughness: 0.3 },
+        Blob { name: "round", rings: 40, size: 1.0, center: Vec3::ZERO, roughness: 0.0, strip_windows: 1 },
+        Blob {
+            name: "rough",
+            rings: 150,
+            size: 3.0,
+            center: Vec3::new(0.3, -0.2, 0.1),
+            roughness: 0.5,
+            strip_windows: 1,
+        },
+        Blob {
+            name: "far",
+            rings: 60,
+            size: 10.0,
+            center: Vec3::new(55.0, -70.0, 31.0),
+            roughness: 0.3,
+            strip_windows: 7,
+        },
     ];
     let per_blob = rays / (blobs.len() * Kernel::available().len()) as u64;
     for blob in blobs {
         let path = folder.path().join(format!("{}.ply", blob.name));
         blob.write(&path);
-        let model = Model::convert(&path).unwrap();
+        let model = Model::convert(&path, blob.strip_windows).unwrap();
         for &kernel in Kernel::available() {
             let escapes = escapes(&model, blob.center, kernel, per_blob);
             eprintln!("{}, {}: {per_blob} rays, {escapes} escapes", blob.name, kernel.name());
@@ -81,6 +95,7 @@ struct Blob {
     size: f32,
     center: Vec3,
     roughness: f32,
+    strip_windows: usize,
 }
 
 impl Blob {

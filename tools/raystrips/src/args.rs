@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
 ///
-/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 11 bytes a
+/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 13 bytes a
 /// triangle, which are then rendered or queried.
 #[derive(Parser, Debug)]
 #[command(name = "raystrips", version, max_term_width = 100)]
@@ -48,7 +48,7 @@ pub struct ConvertOptions {
     /// Longest strip in windows of six triangles, 1 to 42.
     ///
     /// Longer strips make a smaller pack and slower rays.
-    #[arg(long, value_name = "WINDOWS", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=42))]
+    #[arg(long, value_name = "WINDOWS", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=42))]
     pub strip_windows: u8,
 
     /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.

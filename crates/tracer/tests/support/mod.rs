@@ -2,7 +2,7 @@
 #![allow(dead_code)] // Each test takes what it needs.
 
 use glam::{DVec3, Vec3};
-use raystrips_convert::{ConvertParams, Unobserved, convert};
+use raystrips_convert::{ConvertParams, StripParams, Unobserved, convert};
 use raystrips_meshio::{ImportOptions, TriangleBatch, TriangleSink, import};
 use raystrips_tracer::Scene;
 use std::path::{Path, PathBuf};
@@ -43,14 +43,11 @@ impl Sphere {
 }
 
 impl Model {
-    pub fn convert(path: &Path) -> Result<Model, String> {
-        Model::convert_with(path, &ConvertParams::default())
-    }
-
-    pub fn convert_with(path: &Path, params: &ConvertParams) -> Result<Model, String> {
+    pub fn convert(path: &Path, max_windows: usize) -> Result<Model, String> {
+        let params = ConvertParams { strips: StripParams { max_windows }, ..ConvertParams::default() };
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
         let pack = folder.path().join("model.rsp");
-        convert(&[path.to_owned()], &pack, params, &Unobserved).map_err(|e| e.to_string())?;
+        convert(&[path.to_owned()], &pack, &params, &Unobserved).map_err(|e| e.to_string())?;
         let scene = Scene::open(&pack).map_err(|e| e.to_string())?;
         let mut soup =
             Soup { offset: DVec3::from_array(scene.manifest().scene_offset), triangles: Vec::new() };
