@@ -20,12 +20,11 @@ struct Part {
     tfar: f32,
 }
 
-/// Parts that wait: one a level of a tree over at most 255 / 6 windows.
+/// Most parts that wait: one a level of a tree over at most 43 windows, and one.
 const STACK: usize = 8;
 
-/// Tests the strip against the ray, which is inside its box from `tnear` to `tfar`. `limit` tells up to where
-/// hits still matter; `found` is told each triangle hit with its place in the strip, the entry into the box of
-/// its window, and returns true when enough was found.
+/// Tests the strip against the ray, which is inside its box from `tnear` to `tfar`, and tells `found` of every
+/// triangle that it meets. `grid` is that of the node which holds the strip; a strip of one window needs none.
 #[inline(always)]
 pub(crate) fn test_strip<S: Simd>(
     s: S,
@@ -42,9 +41,14 @@ pub(crate) fn test_strip<S: Simd>(
     }
     let grid = grid();
     let mut stack = [Part::default(); STACK];
-    let mut waiting = 0;
-    let mut part = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar };
-    loop {
+    stack[0] = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar };
+    let mut waiting = 1;
+    while waiting > 0 {
+        waiting -= 1;
+        let part = stack[waiting];
+        if part.tnear > part.tfar || part.tnear > found.limit() {
+            continue;
+        }
         if part.count == 1 {
             test_window(s, ray, points, strip.window(part.first), |mut hit| {
                 hit.triangle += part.first * WINDOW_TRIANGLES;
@@ -52,36 +56,9 @@ pub(crate) fn test_strip<S: Simd>(
             });
         } else {
             let (near, far) = split(ray, &grid, strip, &part);
-            // Behind the best hit or never entered: written so that a NaN goes on.
-            let misses = |p: &Part, limit: f32| p.tnear > p.tfar || p.tnear > limit;
-            let limit = found.limit();
-            match (!misses(&near, limit), !misses(&far, limit)) {
-                (true, true) => {
-                    stack[waiting] = far;
-                    waiting += 1;
-                    part = near;
-                    continue;
-                }
-                (true, false) => {
-                    part = near;
-                    continue;
-                }
-                (false, true) => {
-                    part = far;
-                    continue;
-                }
-                (false, false) => {}
-            }
-        }
-        loop {
-            if waiting == 0 {
-                return;
-            }
-            waiting -= 1;
-            part = stack[waiting];
-            if part.tnear <= found.limit() {
-                break;
-            }
+            stack[waiting] = far;
+            stack[waiting + 1] = near;
+            waiting += 2;
         }
     }
 }
@@ -90,7 +67,7 @@ pub(crate) fn test_strip<S: Simd>(
 pub(crate) trait StripHits {
     /// Up to where hits still matter.
     fn limit(&self) -> f32;
-    /// A triangle was hit whose window is entered at `entry`.
+    /// A triangle was hit, the one at `hit.triangle` in the strip, in a window whose box is entered at `entry`.
     fn hit(&mut self, strip: &StripView, hit: WindowHit, entry: f32);
 }
 

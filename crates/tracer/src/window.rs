@@ -110,9 +110,6 @@ fn passes_outside(x: [f32; 3], y: [f32; 3]) -> bool {
 
 /// Distance and weights of the second and third corner where the ray meets a triangle that it does not pass
 /// outside of. `None` for a triangle seen exactly from its side, and where the ray ends before or begins after.
-///
-/// Weights are made to be those of a point of the triangle, whatever was rounded: then the distance cannot leave
-/// the triangle either.
 #[inline(always)]
 fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
     let [kx, ky, kz] = each(|i| ray.order[1 + i] as usize - 1);
@@ -127,14 +124,39 @@ fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
     if sum == 0.0 {
         return None;
     }
-    // All of one sign but for rounding: that of the sum.
-    let sign = if sum < 0.0 { -1.0 } else { 1.0 };
-    let weights = each(|i| f64::max(edges[i] * sign, 0.0));
-    let inverse = 1.0 / (weights[0] + weights[1] + weights[2]);
+    let inverse = 1.0 / sum;
+    let mut weights = each(|i| edges[i] * inverse);
+    if weights[0] < 0.0 || weights[1] < 0.0 || weights[2] < 0.0 {
+        weights = nearest_on_border(&x, &y);
+    }
     let depth = weights[0] * z[0] + weights[1] * z[1] + weights[2] * z[2];
-    let t = (depth * inverse * ray.exact_inverse_z) as f32;
+    let t = (depth * ray.exact_inverse_z) as f32;
     let on_segment = ray.tnear <= t && t <= ray.tfar && t < f32::INFINITY;
-    on_segment.then(|| (t, (weights[1] * inverse) as f32, (weights[2] * inverse) as f32))
+    on_segment.then_some((t, weights[1] as f32, weights[2] as f32))
+}
+
+/// Weights of the point on the border of a sheared triangle that is nearest to the ray. The ray passes outside by
+/// less than the rounding of f32, so this is where it meets the triangle; negative weights would be that of a
+/// point far away if the triangle is seen almost from its side.
+#[cold]
+#[inline(never)]
+fn nearest_on_border(x: &[f64; 3], y: &[f64; 3]) -> [f64; 3] {
+    let mut nearest = (f64::INFINITY, [1.0, 0.0, 0.0]);
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (dx, dy) = (x[j] - x[i], y[j] - y[i]);
+        let length_squared = dx * dx + dy * dy;
+        let share = -(x[i] * dx + y[i] * dy) / length_squared;
+        let share = if length_squared > 0.0 { share.clamp(0.0, 1.0) } else { 0.0 };
+        let (px, py) = (x[i] + share * dx, y[i] + share * dy);
+        let distance_squared = px * px + py * py;
+        if distance_squared < nearest.0 {
+            let mut weights = [0.0; 3];
+            weights[i] = 1.0 - share;
+            weights[j] = share;
+            nearest = (distance_squared, weights);
+        }
+    }
+    nearest.1
 }
 
 /// Lane *k* takes from lane *k* + 1.

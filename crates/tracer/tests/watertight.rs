@@ -1,5 +1,7 @@
 //! No ray gets out of a closed mesh, aimed at edges and vertices above all.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 mod support;
 
 use glam::Vec3;
