@@ -11,8 +11,10 @@ pub use raystrips_meshio::ImportOptions;
 use raystrips_meshio::{ImportError, TriangleBatch, TriangleSink};
 use raystrips_pack::{Dropped, Manifest, PackContents, PackError, PackWriter};
 pub use raystrips_strips::StripParams;
+use raystrips_strips::{Mesh, StripTree};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Parameters of [`convert`].
@@ -144,7 +146,7 @@ pub fn convert(
     }
     clock.finish(Stage::Weld)?;
 
-    let built = raystrips_strips::build(&welded.mesh, &params.strips);
+    let built = build(&welded.mesh, params, observer);
     clock.finish(Stage::Build)?;
 
     let mut scene = import.scene;
@@ -185,11 +187,21 @@ pub fn convert(
     Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files: import.report.files })
 }
 
+fn build(mesh: &Mesh, params: &ConvertParams, observer: &dyn Observer) -> StripTree {
+    let total = mesh.triangles.len() as u64;
+    let done = AtomicU64::new(0);
+    observer.progress(Stage::Build, 0, total);
+    raystrips_strips::build(mesh, &params.strips, &|triangles| {
+        let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
+        observer.progress(Stage::Build, before + triangles as u64, total);
+    })
+}
+
 fn write(
     output: &Path,
     manifest: Manifest,
     welded: &mesh::Welded,
-    built: &raystrips_strips::StripTree,
+    built: &StripTree,
     params: &ConvertParams,
     observer: &dyn Observer,
 ) -> Result<(Manifest, u64), PackError> {

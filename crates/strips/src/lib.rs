@@ -19,6 +19,7 @@ pub use stripify::{Source, Strip};
 use glam::Vec3;
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
+use std::ops::Range;
 
 /// A piece of mesh. Equal positions must be one vertex for strips to run across.
 #[derive(Clone, Debug, Default)]
@@ -61,13 +62,14 @@ pub struct StripTree {
     pub clusters: Vec<Cluster>,
 }
 
-/// Builds the hierarchy of a piece. The result does not depend on the number of threads.
+/// Builds the hierarchy of a piece. The result does not depend on the number of threads. `finished` is told from any
+/// thread how many more triangles are in strips.
 ///
 /// Memory: about 150 bytes a triangle. Time: O(n log n).
 ///
 /// # Panics
 /// If the mesh has no triangles or indices out of range.
-pub fn build(mesh: &Mesh, params: &StripParams) -> StripTree {
+pub fn build(mesh: &Mesh, params: &StripParams, finished: &(dyn Fn(usize) + Sync)) -> StripTree {
     let bounds: Vec<Aabb> = (0..mesh.triangles.len()).map(|i| Aabb::of_points(mesh.corners(i))).collect();
     let built = bvh::build(&bounds, &|triangles| cluster::fits(mesh, triangles));
     let mut ranges = Vec::new();
@@ -75,6 +77,11 @@ pub fn build(mesh: &Mesh, params: &StripParams) -> StripTree {
         ranges.push(range);
         ranges.len() - 1..ranges.len()
     });
-    let clusters = ranges.par_iter().map(|r| Cluster::build(mesh, &built.order[r.clone()], params)).collect();
+    let cluster = |range: &Range<usize>| {
+        let cluster = Cluster::build(mesh, &built.order[range.clone()], params);
+        finished(range.len());
+        cluster
+    };
+    let clusters = ranges.par_iter().map(cluster).collect();
     StripTree { tree, clusters }
 }

@@ -34,6 +34,10 @@ impl Observer for ConvertProgress {
             self.bar.set_style(style(stage == Stage::Import));
             self.bar.set_prefix(stage.name());
         }
+        if self.bar.position() == 0 {
+            // Work that cannot be counted may have come first; it says nothing of the rate.
+            self.bar.reset_eta();
+        }
         self.bar.set_length(total);
         self.bar.set_position(done);
     }

@@ -69,7 +69,7 @@ fn lines(manifest: &Manifest, file_bytes: u64) -> Vec<(&'static str, String)> {
     let scene = &manifest.scene;
     let dropped = &manifest.dropped;
     let mut lines = vec![
-        ("triangles", grouped(manifest.triangles)),
+        ("triangles", format!("{}, {} vertices", grouped(manifest.triangles), grouped(manifest.vertices))),
         (
             "strips",
             format!(
