@@ -1,6 +1,6 @@
 //! Materials made ready for shading: one lookup by geometry, every number in its range.
 //!
-//! All surfaces reflect diffusely (Lambert) by their base color for now: metals and glass too. This is the one
+//! All surfaces reflect diffusely (Lambert) by their base color: metals and glass too. This is the one
 //! place that decides so; glossy and transmissive lobes are to come here.
 
 use glam::Vec3;

@@ -25,11 +25,31 @@ fn folder_of(path: &Path) -> &Path {
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = folder_of(path);
     let write = || -> std::io::Result<()> {
-        let mut file =
-            tempfile::Builder::new().prefix(".raystrips-").suffix(".partial").tempfile_in(folder)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".raystrips-").suffix(".partial");
+        // Temporary files are private by default; what is written here is an ordinary file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = builder.tempfile_in(folder)?;
         file.write_all(bytes)?;
         file.persist(path).map_err(|e| e.error)?;
         Ok(())
     };
     write().with_context(|| path.display().to_string())
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn outputs_have_the_permissions_of_other_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let [ours, other] = ["ours", "other"].map(|name| folder.path().join(name));
+        write_whole(&ours, b"x").unwrap();
+        std::fs::write(&other, b"x").unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&other));
+    }
 }
