@@ -8,12 +8,14 @@ use crate::{Observer, Stage};
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
 use raystrips_pack::layout::{
-    ChildBoxes, ClusterHeader, GeometryRun, MAX_DEPTH, MAX_PAGE_CLUSTERS, WIDTH, WideNode,
+    ChildBoxes, ClusterHeader, GeometryRun, MAX_DEPTH, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, MAX_PAGES, WIDTH,
+    WideNode,
 };
-use raystrips_pack::page::builder::{PageBuilder, StripParts};
-use raystrips_pack::strip_record::record_bytes;
-use raystrips_pack::{PackError, PackWriter, TopEntry, TopNode};
-use raystrips_strips::{Bvh, Cluster, StripTree};
+use raystrips_pack::page::builder::{Children, PageBuilder, StripParts};
+use raystrips_pack::strip_record::strips_bytes;
+use raystrips_pack::{PackError, PackWriter, TopEntry, TopNode, VertexCode};
+use raystrips_strips::collapse::Numbered;
+use raystrips_strips::{Bvh, Cluster, Collapse, Strip, StripTree};
 
 /// Pages built at a time: bounds the memory of finished pages that wait to be written.
 const BATCH: usize = 64;
@@ -34,8 +36,12 @@ pub(crate) fn write_pages(
     observer: &dyn Observer,
 ) -> Result<Top, PackError> {
     let page_of = fill_pages(&built.clusters, page_size);
-    let mut plan = Plan { page_of: &page_of, nodes: Vec::new(), roots: Vec::new(), depth: 0 };
+    let mut plan = Plan { built, page_of: &page_of, nodes: Vec::new(), roots: Vec::new(), depth: 0 };
     plan.above(&built.tree, 1);
+    if plan.roots.len() as u64 > MAX_PAGES {
+        let what = "more ways into pages than 29 bits can number; use a larger --page-size";
+        return Err(PackError::TooLarge(what.into()));
+    }
     let pages: Vec<&[Root]> = plan.roots.chunk_by(|a, b| a.page == b.page).collect();
     let mut entries = Vec::with_capacity(plan.roots.len());
     let total = built.clusters.iter().flat_map(|c| &c.strips).map(|s| s.sources.len() as u64).sum();
@@ -44,11 +50,11 @@ pub(crate) fn write_pages(
         if observer.is_cancelled() {
             return Err(std::io::Error::from(std::io::ErrorKind::Interrupted).into());
         }
-        let built: Vec<_> = batch.par_iter().map(|roots| build_page(&built.clusters, roots)).collect();
-        for (roots, (page, nodes, page_depth)) in batch.iter().zip(built) {
+        let built: Vec<_> = batch.par_iter().map(|roots| build_page(built, roots)).collect();
+        for (roots, (page, page_depth)) in batch.iter().zip(built) {
             let id = writer.page(&page.finish(writer.next_triangle())?)?;
             debug_assert_eq!(id, roots[0].page);
-            entries.extend(nodes.into_iter().map(|node| TopEntry { page: id, node: u32::from(node) }));
+            entries.extend((0..roots.len() as u32).map(|node| TopEntry { page: id, node }));
             depth = depth.max(page_depth);
         }
         observer.progress(Stage::Write, writer.next_triangle(), total);
@@ -63,16 +69,17 @@ pub(crate) fn write_pages(
 
 /// The page of each cluster.
 fn fill_pages(clusters: &[Cluster], page_size: usize) -> Vec<u32> {
-    let (mut page, mut bytes, mut count) = (0, 0, 0);
+    let (mut page, mut bytes, mut count, mut strips) = (0, 0, 0, 0);
     let place = |cluster: &Cluster| {
         let size = estimated_bytes(cluster);
-        if count > 0 && (bytes + size > page_size || count == MAX_PAGE_CLUSTERS) {
+        let too_many = count == MAX_PAGE_CLUSTERS || strips + cluster.strips.len() > MAX_PAGE_STRIPS;
+        if count > 0 && (bytes + size > page_size || too_many) {
             page += 1;
-            bytes = 0;
-            count = 0;
+            (bytes, count, strips) = (0, 0, 0);
         }
         bytes += size;
         count += 1;
+        strips += cluster.strips.len();
         page
     };
     clusters.iter().map(place).collect()
@@ -80,18 +87,14 @@ fn fill_pages(clusters: &[Cluster], page_size: usize) -> Vec<u32> {
 
 /// Bytes of a cluster in a page with its share of the page's nodes.
 fn estimated_bytes(cluster: &Cluster) -> usize {
-    let strips: usize = cluster.strips.iter().map(|s| record_bytes(s.sources.len())).sum();
     let runs = cluster.strips.chunk_by(|a, b| a.geometry == b.geometry).count();
+    // Those above the groups are a fifth of them or somewhat less.
+    let nodes_above = cluster.groups.len().div_ceil(5);
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
-        + strips.next_multiple_of(4)
-        + size_of_val(&cluster.vertices[..])
-        + (node_count(&cluster.tree) + 1) * size_of::<WideNode>()
-}
-
-fn node_count(tree: &Bvh) -> usize {
-    let inner = |t: &&&Bvh| matches!(t, Bvh::Inner { .. });
-    1 + tree.open(WIDTH, |_| true).iter().filter(inner).map(|t| node_count(t)).sum::<usize>()
+        + strips_bytes(cluster.strips.iter().map(|s| s.sources.len()))
+        + VertexCode::of(&cluster.vertices).byte_count()
+        + (cluster.groups.len() + nodes_above) * size_of::<WideNode>()
 }
 
 /// A tree that lies in one page, and its level there.
@@ -103,6 +106,7 @@ struct Root<'a> {
 
 /// Nodes above the pages and the roots they lead to, which are numbered like the entries.
 struct Plan<'a> {
+    built: &'a StripTree,
     page_of: &'a [u32],
     nodes: Vec<TopNode>,
     roots: Vec<Root<'a>>,
@@ -110,9 +114,13 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
+    fn page_of_group(&self, group: usize) -> u32 {
+        self.page_of[self.built.groups[group].0 as usize]
+    }
+
     fn is_in_one_page(&self, tree: &Bvh) -> bool {
         let items = tree.items();
-        self.page_of[items.start] == self.page_of[items.end - 1]
+        self.page_of_group(items.start) == self.page_of_group(items.end - 1)
     }
 
     /// Adds a node above the pages for `tree`, and all below it.
@@ -121,80 +129,80 @@ impl<'a> Plan<'a> {
         let children = tree.open(WIDTH, |t| !self.is_in_one_page(t));
         let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
         let node = self.nodes.len();
-        self.nodes.push(TopNode { boxes: ChildBoxes::around(&bounds, 0), child: [TopNode::EMPTY; WIDTH] });
+        self.nodes.push(TopNode { boxes: ChildBoxes::around(&bounds), child: [TopNode::EMPTY; WIDTH] });
         for (slot, child) in children.into_iter().enumerate() {
             self.nodes[node].child[slot] = if self.is_in_one_page(child) {
-                let page = self.page_of[child.items().start];
+                let page = self.page_of_group(child.items().start);
                 self.roots.push(Root { page, tree: child, level: level + 1 });
                 TopNode::ENTRY | (self.roots.len() - 1) as u32
             } else {
-                self.above(child, level + 1)
+                TopNode::NODE | self.above(child, level + 1)
             };
         }
         node as u32
     }
 }
 
-/// A page with the nodes of its roots and its deepest level.
-fn build_page(clusters: &[Cluster], roots: &[Root]) -> (PageBuilder, Vec<u16>, u32) {
-    let mut page = PageContents { builder: PageBuilder::default(), clusters, depth: 0 };
-    let nodes = roots.iter().map(|root| page.tree(root.tree, root.level)).collect();
-    (page.builder, nodes, page.depth)
+/// A page whose first nodes are its roots, and its deepest level.
+fn build_page<'a>(built: &'a StripTree, roots: &[Root<'a>]) -> (PageBuilder<'a>, u32) {
+    let first_group = roots[0].tree.items().start;
+    let last_group = roots[roots.len() - 1].tree.items().end - 1;
+    let first_cluster = built.groups[first_group].0;
+    let mut page = PageContents {
+        built,
+        builder: PageBuilder::default(),
+        first_cluster,
+        first_strips: Vec::new(),
+        depth: 0,
+    };
+    for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
+        let strips = cluster.strips.iter().map(strip_parts).collect();
+        page.first_strips.push(page.builder.cluster(&cluster.vertices, strips).1);
+    }
+    let first = page.builder.reserve_nodes(roots.len());
+    for (number, root) in (first..).zip(roots) {
+        page.node(number, (root.tree, 0), &Collapse::of(root.tree), root.level);
+    }
+    (page.builder, page.depth)
+}
+
+fn strip_parts(strip: &Strip) -> StripParts<'_> {
+    StripParts { refs: &strip.refs, turns: &strip.turns, splits: &strip.splits, geometry: strip.geometry }
 }
 
 struct PageContents<'a> {
-    builder: PageBuilder,
-    clusters: &'a [Cluster],
+    built: &'a StripTree,
+    builder: PageBuilder<'a>,
+    first_cluster: u32,
+    /// Number of the first strip of each cluster.
+    first_strips: Vec<u16>,
     depth: u32,
 }
 
 impl PageContents<'_> {
-    /// Adds a tree over clusters and gives its node.
-    fn tree(&mut self, tree: &Bvh, level: u32) -> u16 {
-        if let Bvh::Leaf { items, .. } = tree {
-            return self.cluster(&self.clusters[items.start], level);
-        }
-        let children = tree.open(WIDTH, |_| true);
-        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
-        let node = self.builder.node(0, &bounds);
-        for (slot, child) in children.into_iter().enumerate() {
-            let child = self.tree(child, level + 1);
-            self.builder.link(node, slot, child);
-        }
-        node
-    }
-
-    /// Adds a cluster and gives the node of its tree.
-    fn cluster(&mut self, cluster: &Cluster, level: u32) -> u16 {
-        let number = self.builder.cluster(cluster.vertices.clone());
-        let mut places = vec![(0, 0); cluster.strips.len()];
-        let root = self.cluster_node(number, &cluster.tree, level, &mut places);
-        for (strip, (node, slot)) in cluster.strips.iter().zip(places) {
-            let parts = StripParts {
-                refs: &strip.refs,
-                turns: &strip.turns,
-                splits: &strip.splits,
-                geometry: strip.geometry,
-            };
-            self.builder.strip(node, slot, parts);
-        }
-        root
-    }
-
-    /// Adds a node over strips, and notes where each strip shall hang.
-    fn cluster_node(&mut self, cluster: u8, tree: &Bvh, level: u32, places: &mut [(u16, usize)]) -> u16 {
+    /// Makes node `number` of a tree over groups, and all below it.
+    fn node(&mut self, number: u16, tree: Numbered, collapse: &Collapse, level: u32) {
         self.depth = self.depth.max(level);
-        let children = tree.open(WIDTH, |_| true);
-        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
-        let node = self.builder.node(cluster, &bounds);
-        for (slot, child) in children.into_iter().enumerate() {
-            if let Bvh::Leaf { items, .. } = child {
-                places[items.start] = (node, slot);
-            } else {
-                let child = self.cluster_node(cluster, child, level + 1, places);
-                self.builder.link(node, slot, child);
-            }
+        if let Bvh::Leaf { items, .. } = tree.0 {
+            return self.group(number, items.start);
         }
-        node
+        let children = collapse.children(tree);
+        let first = self.builder.reserve_nodes(children.len());
+        let bounds = children.iter().map(|c| c.0.bounds()).collect();
+        self.builder.set_node(number, bounds, Children::Nodes(first));
+        for (number, child) in (first..).zip(children) {
+            self.node(number, child, collapse, level + 1);
+        }
+    }
+
+    /// Makes node `number` of the strips of a group.
+    fn group(&mut self, number: u16, group: usize) {
+        let (cluster, place) = self.built.groups[group];
+        let built = &self.built.clusters[cluster as usize];
+        let strips = built.groups[place as usize].clone();
+        let cluster = (cluster - self.first_cluster) as u8;
+        let first = self.first_strips[usize::from(cluster)] + strips.start as u16;
+        let bounds = built.strips[strips].iter().map(|s| s.bounds).collect();
+        self.builder.set_node(number, bounds, Children::Strips { cluster, first });
     }
 }

@@ -6,7 +6,10 @@ mod assemble;
 mod emitters;
 mod mesh;
 mod offset;
+mod positions;
 
+pub use positions::Positions;
+use positions::ToPack;
 pub use raystrips_meshio::ImportOptions;
 use raystrips_meshio::{ImportError, TriangleBatch, TriangleSink};
 use raystrips_pack::{Dropped, Manifest, PackContents, PackError, PackWriter};
@@ -24,6 +27,8 @@ pub struct ConvertParams {
     pub page_size: u32,
     /// Strips.
     pub strips: StripParams,
+    /// How positions are kept.
+    pub positions: Positions,
     /// Keep the number that each triangle has in the input: 4 or 8 bytes a triangle.
     pub keep_ids: bool,
     /// What to do where files leave a choice.
@@ -35,6 +40,7 @@ impl Default for ConvertParams {
         ConvertParams {
             page_size: 64 << 10,
             strips: StripParams::default(),
+            positions: Positions::default(),
             keep_ids: false,
             import: ImportOptions::default(),
         }
@@ -138,8 +144,9 @@ pub fn convert(
         .map_err(|e| clock.cancelled_or(e))?;
     clock.finish(Stage::Import)?;
 
-    let scene_offset = offset::scene_offset(&collector.batches);
-    let welded = mesh::weld(collector.batches, scene_offset);
+    let placement = offset::placement(&collector.batches);
+    let mut to_pack = ToPack::new(&placement, params.positions);
+    let welded = mesh::weld(collector.batches, &mut to_pack);
     if welded.mesh.triangles.is_empty() {
         let path = inputs.first().cloned().unwrap_or_default();
         return Err(ConvertError::NoArea { path, triangles: import.report.triangles });
@@ -150,7 +157,7 @@ pub fn convert(
     clock.finish(Stage::Build)?;
 
     let mut scene = import.scene;
-    scene.translate(scene_offset.map(|x| -x));
+    scene.translate(placement.offset.map(|x| -x));
     let bounds = built.tree.bounds();
     let manifest = Manifest {
         generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
@@ -163,7 +170,8 @@ pub fn convert(
         page_size: params.page_size,
         bounds_min: bounds.min.to_array(),
         bounds_max: bounds.max.to_array(),
-        scene_offset,
+        scene_offset: placement.offset,
+        position_error: to_pack.error,
         id_bytes: 0,
         bytes: Default::default(),
         dropped: Dropped {

@@ -1,6 +1,6 @@
-//! Batches to one mesh: f32 positions relative to the scene offset, equal ones made one vertex, triangles
-//! without area left out.
+//! Batches to one mesh: equal positions made one vertex, triangles without area left out.
 
+use crate::positions::ToPack;
 use glam::{DVec3, Vec3};
 use raystrips_meshio::TriangleBatch;
 use raystrips_strips::{Mesh, StripTree};
@@ -17,7 +17,7 @@ pub(crate) struct Welded {
 }
 
 /// Welds `batches`, in their order.
-pub(crate) fn weld(batches: Vec<TriangleBatch>, scene_offset: [f64; 3]) -> Welded {
+pub(crate) fn weld(batches: Vec<TriangleBatch>, to_pack: &mut ToPack) -> Welded {
     let mut numbers: HashMap<[u32; 3], u32, BuildHasherDefault<PositionHasher>> = HashMap::default();
     let mut welded = Welded { mesh: Mesh::default(), ids: Vec::new(), degenerate: 0 };
     let Welded { mesh, ids, degenerate } = &mut welded;
@@ -26,7 +26,7 @@ pub(crate) fn weld(batches: Vec<TriangleBatch>, scene_offset: [f64; 3]) -> Welde
             .positions
             .iter()
             .map(|&p| {
-                let position = to_pack_space(p, scene_offset);
+                let position = to_pack.place(p);
                 *numbers.entry(position.to_array().map(f32::to_bits)).or_insert_with(|| {
                     mesh.positions.push(position);
                     (mesh.positions.len() - 1) as u32
@@ -45,11 +45,6 @@ pub(crate) fn weld(batches: Vec<TriangleBatch>, scene_offset: [f64; 3]) -> Welde
         }
     }
     welded
-}
-
-/// Position in the pack. Negative zero becomes zero: they are the same place.
-fn to_pack_space(p: [f64; 3], scene_offset: [f64; 3]) -> Vec3 {
-    (DVec3::from_array(p) - DVec3::from_array(scene_offset)).as_vec3() + Vec3::ZERO
 }
 
 /// False where two corners coincide or all three are on a line, as exactly as f64 can tell.
@@ -94,6 +89,8 @@ impl Hasher for PositionHasher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::offset::Placement;
+    use crate::positions::Positions;
 
     #[test]
     fn equal_positions_are_one_vertex_and_flat_triangles_go() {
@@ -109,17 +106,13 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 1, 3], [0, 4, 2], [1, 3, 2]],
             first_triangle_id,
         };
-        let welded = weld(vec![batch(0), batch(4)], [0.0; 3]);
+        let placement = Placement { offset: [0.0; 3], size: 2.0 };
+        let mut to_pack = ToPack::new(&placement, Positions::Exact);
+        let welded = weld(vec![batch(0), batch(4)], &mut to_pack);
         assert_eq!(welded.mesh.positions.len(), 4);
         assert_eq!(welded.mesh.triangles, [[0, 1, 2], [1, 3, 2], [0, 1, 2], [1, 3, 2]]);
         assert_eq!(welded.mesh.geometries, [3; 4]);
         assert_eq!(welded.ids, [0, 3, 4, 7]);
         assert_eq!(welded.degenerate, 4);
-    }
-
-    #[test]
-    fn the_offset_keeps_detail() {
-        let p = to_pack_space([5_000_000.125, 1.0, 0.0], [5_000_064.0, 0.0, 0.0]);
-        assert_eq!(p, Vec3::new(-63.875, 1.0, 0.0));
     }
 }

@@ -10,9 +10,18 @@ use raystrips_meshio::TriangleBatch;
 /// A scene is moved when its center is farther out than this many times its size: three bits of precision.
 const FAR: f64 = 8.0;
 
-/// The offset for the positions of `batches`: on each axis zero, or a multiple of a power of two near the
-/// scene's size, so that subtracting it from an f32 is exact more often than not.
-pub(crate) fn scene_offset(batches: &[TriangleBatch]) -> [f64; 3] {
+/// Where a scene is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placement {
+    /// What to subtract from every position.
+    pub offset: [f64; 3],
+    /// Longest side of the scene's box.
+    pub size: f64,
+}
+
+/// The placement of `batches`. The offset is on each axis zero, or a multiple of a power of two near the scene's
+/// size, so that subtracting it from an f32 is exact more often than not.
+pub(crate) fn placement(batches: &[TriangleBatch]) -> Placement {
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in batches.iter().flat_map(|b| &b.positions) {
         for axis in 0..3 {
@@ -21,7 +30,7 @@ pub(crate) fn scene_offset(batches: &[TriangleBatch]) -> [f64; 3] {
         }
     }
     let size = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, f64::max);
-    [0, 1, 2].map(|axis| {
+    let offset = [0, 1, 2].map(|axis| {
         let center = (min[axis] + max[axis]) / 2.0;
         if size > 0.0 && center.abs() > FAR * size {
             let step = 2f64.powi(floor_log2(size) + 1);
@@ -29,7 +38,8 @@ pub(crate) fn scene_offset(batches: &[TriangleBatch]) -> [f64; 3] {
         } else {
             0.0
         }
-    })
+    });
+    Placement { offset, size }
 }
 
 #[cfg(test)]
@@ -37,7 +47,7 @@ mod tests {
     use super::*;
 
     fn offset_of(positions: Vec<[f64; 3]>) -> [f64; 3] {
-        scene_offset(&[TriangleBatch { positions, ..Default::default() }])
+        placement(&[TriangleBatch { positions, ..Default::default() }]).offset
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! The quantization grid of a node: 256 planes a axis, a power of two apart.
+//! Quantization grids: planes a power of two apart, `origin + q * 2^exp`.
 //!
-//! A plane is `origin + q * 2^exp`. Child boxes and strip planes are bytes on the grid of the node that holds
-//! them, rounded outward, so that they cost a quarter of floats and never lose a hit.
+//! Child boxes are bytes on the grid of the node that holds them, rounded outward, so that they cost a quarter of
+//! floats and never lose a hit. [`NodeGrid`] has its origin in scene units. In a page, where nodes are many, that
+//! origin is itself a plane of the [`PageGrid`], so that a node fits a cache line ([`Subgrid`]).
 
 use crate::Aabb;
 use glam::Vec3;
@@ -78,6 +79,97 @@ impl NodeGrid {
     }
 }
 
+/// The grid of a page: 65,536 planes an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PageGrid {
+    /// Plane 0 of each axis.
+    pub origin: Vec3,
+    /// log2 of the spacing of each axis.
+    pub exponent: [i8; 3],
+}
+
+impl PageGrid {
+    /// The finest grid that covers `bounds` also with every fourth plane, on which strips are split.
+    ///
+    /// # Panics
+    /// If `bounds` is empty or not finite.
+    pub fn covering(bounds: &Aabb) -> PageGrid {
+        assert!(!bounds.is_empty() && bounds.min.is_finite() && bounds.max.is_finite(), "{bounds:?}");
+        let exponent = [0, 1, 2].map(|axis| {
+            let extent = f64::from(bounds.max[axis]) - f64::from(bounds.min[axis]);
+            covering_exponent(extent, f64::from(u16::MAX - 3))
+        });
+        PageGrid { origin: bounds.min, exponent }
+    }
+
+    /// Position of plane `q`, exact unless 53 bits cannot hold it.
+    pub fn plane(&self, axis: usize, q: u16) -> f64 {
+        f64::from(self.origin[axis]) + f64::from(q) * f64::from(power_of_two(self.exponent[axis]))
+    }
+
+    /// The last plane at or below `x`, which must not lie below the grid.
+    pub fn round_down(&self, axis: usize, x: f32) -> u16 {
+        self.steps(axis, x).floor() as u16
+    }
+
+    /// The first plane at or above `x`, which must not lie above the grid.
+    pub fn round_up(&self, axis: usize, x: f32) -> u16 {
+        self.steps(axis, x).ceil() as u16
+    }
+
+    fn steps(&self, axis: usize, x: f32) -> f64 {
+        (f64::from(x) - f64::from(self.origin[axis])) / f64::from(power_of_two(self.exponent[axis]))
+    }
+}
+
+/// The grid of a node in a page: 256 planes an axis from a plane of the page's grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Subgrid {
+    /// The page's.
+    pub page: PageGrid,
+    /// Which plane of the page's grid is plane 0 of each axis.
+    pub origin: [u16; 3],
+    /// log2 of the spacing of each axis.
+    pub exponent: [i8; 3],
+}
+
+impl Subgrid {
+    /// The finest grid that covers `bounds`, which must lie within that of the page.
+    pub fn covering(page: PageGrid, bounds: &Aabb) -> Subgrid {
+        let origin = [0, 1, 2].map(|axis| page.round_down(axis, bounds.min[axis]));
+        let exponent = [0, 1, 2].map(|axis| {
+            covering_exponent(f64::from(bounds.max[axis]) - page.plane(axis, origin[axis]), 255.0)
+        });
+        Subgrid { page, origin, exponent }
+    }
+
+    /// Position of plane `q`, exact unless 53 bits cannot hold it.
+    pub fn plane(&self, axis: usize, q: u8) -> f64 {
+        self.page.plane(axis, self.origin[axis]) + f64::from(q) * f64::from(power_of_two(self.exponent[axis]))
+    }
+
+    /// The last plane at or below `x`, which must not lie below the grid.
+    pub fn round_down(&self, axis: usize, x: f32) -> u8 {
+        self.steps(axis, x).floor() as u8
+    }
+
+    /// The first plane at or above `x`, which must not lie above the grid.
+    pub fn round_up(&self, axis: usize, x: f32) -> u8 {
+        self.steps(axis, x).ceil() as u8
+    }
+
+    fn steps(&self, axis: usize, x: f32) -> f64 {
+        let from = self.page.plane(axis, self.origin[axis]);
+        (f64::from(x) - from) / f64::from(power_of_two(self.exponent[axis]))
+    }
+}
+
+/// The least exponent with which `steps` steps cover `extent`.
+fn covering_exponent(extent: f64, steps: f64) -> i8 {
+    let least = floor_log2(extent / steps).max(LEAST_EXPONENT) as i8;
+    if f64::from(power_of_two(least)) * steps >= extent { least } else { least + 1 }
+}
+
 /// The greatest integer *n* with 2^*n* <= `x`, from the bits of `x`: the logarithms of some systems are off by one
 /// unit in the last place, which here would be another grid. Very small for what is not a normal positive number.
 pub fn floor_log2(x: f64) -> i32 {
@@ -106,6 +198,28 @@ mod tests {
                 let (lo, hi) = (grid.round_down(axis, x), grid.round_up(axis, x));
                 prop_assert!(grid.plane(axis, lo) <= x && x <= grid.plane(axis, hi));
                 prop_assert!(hi <= lo.saturating_add(1));
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn planes_of_a_page_enclose(
+            a in prop::array::uniform3(-1e6f32..1e6), e in prop::array::uniform3(0f32..1e4),
+            s in prop::array::uniform3(0f32..=1.0), share in 0f32..1.0,
+        ) {
+            let min = Vec3::from_array(a);
+            let bounds = Aabb { min, max: min + Vec3::from_array(e) };
+            let page = PageGrid::covering(&bounds);
+            let x = (min + Vec3::from_array(e) * Vec3::from_array(s)).min(bounds.max);
+            let part = Aabb { min: x, max: (x + Vec3::from_array(e) * share).min(bounds.max) };
+            let node = Subgrid::covering(page, &part);
+            for axis in 0..3 {
+                let (lo, hi) = (node.round_down(axis, part.min[axis]), node.round_up(axis, part.max[axis]));
+                prop_assert!(node.plane(axis, lo) <= f64::from(part.min[axis]));
+                prop_assert!(node.plane(axis, hi) >= f64::from(part.max[axis]));
+                let q = page.round_up(axis, part.max[axis]);
+                prop_assert!(page.plane(axis, q) >= f64::from(part.max[axis]));
             }
         }
     }

@@ -10,5 +10,5 @@ pub mod scene;
 pub mod strip;
 
 pub use aabb::Aabb;
-pub use grid::NodeGrid;
+pub use grid::{NodeGrid, PageGrid, Subgrid};
 pub use ray::{Hit, Ray};

@@ -1,14 +1,15 @@
 //! The fixed-size records of the file, in the order of FORMAT.md. All numbers are little-endian.
 
+use crate::vertices::VertexCode;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use raystrips_geom::{Aabb, NodeGrid};
+use raystrips_geom::{Aabb, NodeGrid, PageGrid, Subgrid};
 
 /// First bytes of a pack. As in PNG: a byte that is not text, a name, line ends that a text transfer would
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].
@@ -17,18 +18,18 @@ pub const FILE_HEADER_BYTES: usize = size_of::<FileHeader>();
 pub const FOOTER_BYTES: usize = size_of::<Footer>();
 /// Children of a node.
 pub const WIDTH: usize = 8;
-/// Most pages; the last number that 32 bits hold is left free.
-pub const MAX_PAGES: u64 = PageId::MAX as u64;
+/// Most pages, and most roots of trees in them.
+pub const MAX_PAGES: u64 = 1 << 29;
 /// Most levels of nodes, those above the pages and those in a page counted together.
 pub const MAX_DEPTH: usize = 128;
 /// Most vertices of a cluster, so that a byte names one.
 pub const MAX_CLUSTER_VERTICES: usize = 256;
-/// Most nodes of a page, so that 15 bits name one and the top bit is free for [`WideNode::LEAF`].
-pub const MAX_PAGE_NODES: usize = 1 << 15;
+/// Most nodes of a page, so that 16 bits name one.
+pub const MAX_PAGE_NODES: usize = 1 << 16;
 /// Most clusters of a page, so that a byte names one.
 pub const MAX_PAGE_CLUSTERS: usize = 256;
-/// Most bytes of the strips of a cluster with their padding, so that 15 bits name where one begins.
-pub const MAX_STRIP_BYTES: usize = 1 << 15;
+/// Most strips of a page, so that 16 bits name one.
+pub const MAX_PAGE_STRIPS: usize = 1 << 16;
 /// Most triangles of a strip.
 pub const MAX_STRIP_TRIANGLES: usize = 255;
 
@@ -113,7 +114,61 @@ pub struct PageEntry {
     pub node_count: u32,
 }
 
-/// The boxes of up to eight children on the grid of their node.
+/// A node inside a page: one cache line. Its children are all nodes or all strips, numbered one after the other.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct WideNode {
+    /// Plane 0 of each axis: a plane of the page's grid.
+    pub origin: [u16; 3],
+    /// Zero.
+    pub reserved: u16,
+    /// log2 of the distance between planes of each axis.
+    pub exponent: [i8; 3],
+    /// Zero.
+    pub reserved_too: u8,
+    /// The first child: the number of a node of the page, after this one, or of a strip of `cluster`.
+    pub first: u16,
+    /// The cluster of the strips; 0 if the children are nodes.
+    pub cluster: u8,
+    /// How many children, and with [`WideNode::STRIPS`] set, that they are strips.
+    pub count: u8,
+    /// Least planes: axis, then child.
+    pub lo: [[u8; WIDTH]; 3],
+    /// Greatest planes: axis, then child.
+    pub hi: [[u8; WIDTH]; 3],
+}
+
+impl WideNode {
+    /// Set where the children are strips.
+    pub const STRIPS: u8 = 1 << 7;
+
+    /// Number of children.
+    #[inline]
+    pub fn child_count(&self) -> usize {
+        usize::from(self.count & !WideNode::STRIPS)
+    }
+
+    /// True where the children are strips.
+    #[inline]
+    pub fn holds_strips(&self) -> bool {
+        self.count & WideNode::STRIPS != 0
+    }
+
+    /// The grid, in a page with grid `page`.
+    pub fn grid(&self, page: PageGrid) -> Subgrid {
+        Subgrid { page, origin: self.origin, exponent: self.exponent }
+    }
+
+    /// The box of child `i`, rounded outward to `f32`.
+    pub fn child_bounds(&self, page: PageGrid, i: usize) -> Aabb {
+        let grid = self.grid(page);
+        let min = |axis: usize| (grid.plane(axis, self.lo[axis][i]) as f32).next_down();
+        let max = |axis: usize| (grid.plane(axis, self.hi[axis][i]) as f32).next_up();
+        Aabb { min: Vec3::new(min(0), min(1), min(2)), max: Vec3::new(max(0), max(1), max(2)) }
+    }
+}
+
+/// The boxes of up to eight children above the pages, on the grid of their node.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ChildBoxes {
@@ -121,8 +176,8 @@ pub struct ChildBoxes {
     pub origin: [f32; 3],
     /// log2 of the distance between planes of each axis.
     pub exponent: [i8; 3],
-    /// In a page: the cluster to which the node's strips belong. Above the pages: zero.
-    pub cluster: u8,
+    /// Zero.
+    pub reserved: u8,
     /// Least planes: axis, then child.
     pub lo: [[u8; WIDTH]; 3],
     /// Greatest planes: axis, then child.
@@ -134,7 +189,7 @@ impl ChildBoxes {
     ///
     /// # Panics
     /// If there are none or too many, or one is empty or not finite.
-    pub fn around(bounds: &[Aabb], cluster: u8) -> ChildBoxes {
+    pub fn around(bounds: &[Aabb]) -> ChildBoxes {
         assert!((1..=WIDTH).contains(&bounds.len()), "{} children", bounds.len());
         let grid = NodeGrid::covering(&bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)));
         let (mut lo, mut hi) = ([[255; WIDTH]; 3], [[0; WIDTH]; 3]);
@@ -144,7 +199,7 @@ impl ChildBoxes {
                 hi[axis][i] = grid.round_up(axis, b.max[axis]);
             }
         }
-        ChildBoxes { origin: grid.origin.to_array(), exponent: grid.exponent, cluster, lo, hi }
+        ChildBoxes { origin: grid.origin.to_array(), exponent: grid.exponent, reserved: 0, lo, hi }
     }
 
     /// The grid.
@@ -161,40 +216,32 @@ impl ChildBoxes {
     }
 }
 
-/// A node inside a page.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct WideNode {
-    /// Where the children are.
-    pub boxes: ChildBoxes,
-    /// [`WideNode::EMPTY`]; or with [`WideNode::LEAF`] set, the place of a strip in the strips of the node's
-    /// cluster; or the place of a node in the page, after this one. Used places come first.
-    pub child: [u16; WIDTH],
-}
-
-impl WideNode {
-    /// No child here.
-    pub const EMPTY: u16 = u16::MAX;
-    /// Set where the child is a strip.
-    pub const LEAF: u16 = 1 << 15;
-}
-
 /// A node above the pages.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TopNode {
     /// Where the children are.
     pub boxes: ChildBoxes,
-    /// [`TopNode::EMPTY`]; or with [`TopNode::ENTRY`] set, the place of a [`TopEntry`]; or the place of a node
-    /// after this one. Used places come first.
+    /// [`TopNode::EMPTY`]; or [`TopNode::NODE`] and the place of a node after this one; or [`TopNode::ENTRY`] and the
+    /// place of a [`TopEntry`]. Used places come first.
     pub child: [u32; WIDTH],
 }
 
 impl TopNode {
     /// No child here.
-    pub const EMPTY: u32 = u32::MAX;
-    /// Set where the child is the root of a tree in a page.
-    pub const ENTRY: u32 = 1 << 31;
+    pub const EMPTY: u32 = 0;
+    /// What a child is: these bits of it.
+    pub const KIND: u32 = 7 << 29;
+    /// A node above the pages.
+    pub const NODE: u32 = 1 << 29;
+    /// The root of a tree in a page.
+    pub const ENTRY: u32 = 2 << 29;
+
+    /// Number of children.
+    #[inline(always)]
+    pub fn child_count(&self) -> usize {
+        self.child.iter().map(|&c| usize::from(c != TopNode::EMPTY)).sum()
+    }
 }
 
 /// A way into a page.
@@ -211,34 +258,56 @@ pub struct TopEntry {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct PageHeader {
-    /// [`WideNode`]s, which follow this header.
-    pub node_count: u16,
-    /// [`ClusterHeader`]s, which follow the nodes.
+    /// [`WideNode`]s, at least one, less one.
+    pub last_node: u16,
+    /// [`ClusterHeader`]s, which follow this header.
     pub cluster_count: u16,
     /// Triangles of all clusters.
     pub triangle_count: u32,
     /// Number of the first triangle in the pack.
     pub first_triangle: u64,
+    /// Plane 0 of each axis of the page's grid.
+    pub grid_origin: [f32; 3],
+    /// log2 of the distance between planes of each axis.
+    pub grid_exponent: [i8; 3],
+    /// Most windows of a strip. Where it is 1, strips are found by their number.
+    pub max_windows: u8,
+    /// Strips of all clusters.
+    pub strip_count: u32,
+    /// Bytes of the strips.
+    pub strip_bytes: u32,
+    /// Where the nodes begin, from the beginning of the page: a multiple of a cache line. The strips follow them.
+    pub nodes_offset: u32,
+    /// Zero.
+    pub reserved: [u32; 5],
 }
 
-/// Where a cluster is in its page. Its geometry runs, strips and vertices follow each other there.
+impl PageHeader {
+    /// The page's grid.
+    pub fn grid(&self) -> PageGrid {
+        PageGrid { origin: Vec3::from_array(self.grid_origin), exponent: self.grid_exponent }
+    }
+}
+
+/// Where a cluster is in its page. Its vertices and its geometry runs follow each other there; its strips are among
+/// those of the page.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ClusterHeader {
-    /// Where the runs begin, from the beginning of the page; a multiple of 4.
+    /// Where the vertices begin, from the beginning of the page; a multiple of 4.
     pub offset: u32,
     /// Triangles of the clusters before this one.
     pub first_triangle: u32,
     /// Triangles.
     pub triangle_count: u16,
-    /// Bytes of the strips, padded to a multiple of 4.
-    pub strip_bytes: u16,
-    /// Vertices less one.
-    pub last_vertex: u8,
-    /// Geometry runs less one.
-    pub last_run: u8,
-    /// Zero.
-    pub reserved: u16,
+    /// Strips of the clusters before this one.
+    pub first_strip: u16,
+    /// Strips.
+    pub strip_count: u16,
+    /// Geometry runs.
+    pub run_count: u16,
+    /// How the vertices are stored.
+    pub code: VertexCode,
 }
 
 /// Triangles of a cluster in a row that belong to one geometry.

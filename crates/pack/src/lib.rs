@@ -20,12 +20,14 @@ pub mod page;
 pub mod reader;
 mod sections;
 pub mod strip_record;
+pub mod vertices;
 pub mod writer;
 
 pub use error::PackError;
 pub use layout::{Emitter, PageEntry, PageId, TopEntry, TopNode, WideNode};
 pub use manifest::{ByteCounts, Dropped, Manifest};
-pub use page::{PageView, builder::PageBuilder, check::check_page};
+pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_page};
 pub use reader::Pack;
-pub use strip_record::StripView;
+pub use strip_record::{StripView, WindowHead};
+pub use vertices::VertexCode;
 pub use writer::{PackContents, PackWriter};

@@ -33,6 +33,8 @@ pub struct Manifest {
     pub bounds_max: [f32; 3],
     /// Original positions are those of the pack plus this.
     pub scene_offset: [f64; 3],
+    /// Most by which a coordinate of the pack differs from that of the input less the offset.
+    pub position_error: f64,
     /// Bytes of an original triangle id, 0 if none are kept.
     pub id_bytes: u8,
     /// Where the bytes of the file went.
@@ -48,7 +50,7 @@ pub struct Manifest {
 pub struct ByteCounts {
     /// Positions.
     pub vertices: u64,
-    /// Vertex references, turns and counts of strips.
+    /// Vertex references, turns, counts and places of strips.
     pub indices: u64,
     /// Trees along strips.
     pub strip_trees: u64,

@@ -14,12 +14,12 @@ pub(crate) enum Child {
     Broken(&'static str),
 }
 
-/// Checks that nodes have finite grids and form trees of at most `depth_limit` levels, parents before their
-/// children, and gives the number of trees.
+/// Checks each node by itself, and that they form trees of at most `depth_limit` levels, parents before their
+/// children. Gives the number of trees.
 pub(crate) fn check_nodes<N>(
     nodes: &[N],
     depth_limit: usize,
-    boxes: impl Fn(&N) -> &ChildBoxes,
+    check_node: impl Fn(&N) -> Result<(), &'static str>,
     children: impl Fn(&N) -> [Child; WIDTH],
 ) -> Result<usize, String> {
     // Level of each node; 0 as long as it is nobody's child.
@@ -27,8 +27,8 @@ pub(crate) fn check_nodes<N>(
     let mut tree_count = 0;
     for (i, node) in nodes.iter().enumerate() {
         let wrong = |what: &str| Err(format!("node {i}: {what}"));
-        if !boxes_are_sane(boxes(node)) {
-            return wrong("bad grid");
+        if let Err(what) = check_node(node) {
+            return wrong(what);
         }
         tree_count += usize::from(level[i] == 0);
         let here = level[i].max(1);
@@ -51,10 +51,12 @@ pub(crate) fn check_nodes<N>(
     Ok(tree_count)
 }
 
-/// True where planes are finite: what the box test needs to be free of NaN.
-fn boxes_are_sane(boxes: &ChildBoxes) -> bool {
-    boxes.exponent.iter().all(|&e| e > -127) && {
-        let grid = boxes.grid();
-        (0..3).all(|axis| grid.origin[axis].is_finite() && grid.plane(axis, 255).is_finite())
+/// Checks that planes above the pages are finite: what the box test needs to be free of NaN.
+pub(crate) fn check_boxes(boxes: &ChildBoxes) -> Result<(), &'static str> {
+    let grid = boxes.grid();
+    let is_finite = |axis: usize| grid.origin[axis].is_finite() && grid.plane(axis, 255).is_finite();
+    match boxes.exponent.iter().all(|&e| e > -127) && (0..3).all(is_finite) && boxes.reserved == 0 {
+        true => Ok(()),
+        false => Err("bad grid"),
     }
 }

@@ -3,7 +3,7 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::Manifest;
-use crate::nodes::{Child, check_nodes};
+use crate::nodes::{Child, check_boxes, check_nodes};
 use crate::sections::Sections;
 use std::io::{Read, Seek};
 
@@ -72,7 +72,7 @@ impl Pack {
         if !m.bounds_min.iter().zip(&m.bounds_max).all(in_order) {
             return wrong("bad bounds");
         }
-        if !m.scene_offset.iter().all(|x| x.is_finite()) {
+        if !m.scene_offset.iter().all(|x| x.is_finite()) || !m.position_error.is_finite() {
             return wrong("bad scene offset");
         }
         if m.depth as usize > MAX_DEPTH {
@@ -117,23 +117,22 @@ impl Pack {
     /// Checks that the top nodes are one tree of bounded depth whose leaves are pages.
     fn check_top(&self) -> Result<(), PackError> {
         let child = |c: u32| {
-            if c == TopNode::EMPTY {
-                Child::None
-            } else if c & TopNode::ENTRY == 0 {
-                Child::Node(c as usize)
-            } else if self.has_entry((c & !TopNode::ENTRY) as usize) {
-                Child::Leaf
-            } else {
-                Child::Broken("leads to no page")
+            let number = (c & !TopNode::KIND) as usize;
+            match c & TopNode::KIND {
+                _ if c == TopNode::EMPTY => Child::None,
+                TopNode::NODE => Child::Node(number),
+                TopNode::ENTRY if self.has_entry(number) => Child::Leaf,
+                _ => Child::Broken("leads to no page"),
             }
         };
         let wrong = |what: &str| PackError::corrupt(format!("above the pages: {what}"));
-        if self.top_nodes.iter().any(|n| n.boxes.cluster != 0) {
-            return Err(wrong("a node has a cluster"));
+        if self.top_entries.len() as u64 > MAX_PAGES {
+            return Err(wrong("more entries than can be named"));
         }
         let depth_limit = self.manifest.depth as usize;
-        let trees = check_nodes(&self.top_nodes, depth_limit, |n| &n.boxes, |n| n.child.map(child))
-            .map_err(|what| wrong(&what))?;
+        let trees =
+            check_nodes(&self.top_nodes, depth_limit, |n| check_boxes(&n.boxes), |n| n.child.map(child))
+                .map_err(|what| wrong(&what))?;
         if trees == 1 { Ok(()) } else { Err(wrong("not one tree")) }
     }
 

@@ -1,148 +1,229 @@
-//! One Ray-Strip in the bytes of a cluster.
+//! The record of a strip in a page.
 //!
-//! `n | tree: (w - 1) x 3 bytes | turns: w bytes | refs: n + 2 bytes` for *n* triangles in *w* windows. The tree
-//! is balanced and implied by *n*: it splits the windows in halves, the left one the greater, and stands in
-//! pre-order, so the left child of node *i* is *i* + 1 and the right one *i* + (windows on the left).
-//! (Lauterbach et al. 2007, section 4.1, split the triangles and give up pre-order for heap order; splitting
-//! units of the leaf size keeps the node count at *w* - 1 for every *n*.)
+//! Most strips are of one window and fill [`WINDOW_RECORD_BYTES`] bytes: a head and eight references, the last one
+//! repeated where there are fewer triangles. So in a page of such strips the number of a strip says where it is.
+//! A page with longer strips has a table of places before the records, each the number of windows, the tree over
+//! them, their heads, and n + 2 references.
 
 use crate::layout::MAX_STRIP_TRIANGLES;
-use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_triangle, window_count};
+use raystrips_geom::strip::{WINDOW_TRIANGLES, WINDOW_VERTICES, strip_triangle, window_count};
 
 /// Bytes of one [`SplitNode`].
-pub const SPLIT_BYTES: usize = 3;
+pub const SPLIT_BYTES: usize = 4;
+/// Bytes of a strip in a page whose strips have one window each.
+pub const WINDOW_RECORD_BYTES: usize = 1 + WINDOW_VERTICES;
+/// Most windows of a strip.
+pub const MAX_STRIP_WINDOWS: usize = MAX_STRIP_TRIANGLES.div_ceil(WINDOW_TRIANGLES);
+/// Planes of the page's grid from one plane of a split to the next.
+pub const SPLIT_PLANE_STEP: u16 = 4;
 
 /// A split of a strip into a left and a right part along one axis: the spatial kd-tree of Lauterbach et al.
-/// 2007. Planes are on the grid of the node that holds the strip.
+/// 2007. Planes are every fourth of the page's grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SplitNode {
     /// 0 to 2.
     pub axis: u8,
     /// True where the right part of the strip is the lower one along the axis.
     pub reversed: bool,
-    /// Greatest plane of the lower part.
-    pub lower_max: u8,
-    /// Least plane of the upper part.
-    pub upper_min: u8,
+    /// Greatest plane of the lower part, of 14 bits.
+    pub lower_max: u16,
+    /// Least plane of the upper part, of 14 bits.
+    pub upper_min: u16,
 }
 
 impl SplitNode {
     /// As stored.
-    pub fn to_bytes(self) -> [u8; SPLIT_BYTES] {
-        [self.axis | u8::from(self.reversed) << 2, self.lower_max, self.upper_min]
+    pub fn to_bits(self) -> u32 {
+        u32::from(self.axis)
+            | u32::from(self.reversed) << 2
+            | u32::from(self.lower_max) << 3
+            | u32::from(self.upper_min) << 17
     }
 
-    /// From what was stored. Bits that a checked page never has set are left out.
+    /// From what was stored. The bit that a checked page never has set is left out.
     #[inline]
-    pub fn from_bytes(b: [u8; SPLIT_BYTES]) -> SplitNode {
-        SplitNode { axis: b[0] & 3, reversed: b[0] & 4 != 0, lower_max: b[1], upper_min: b[2] }
+    pub fn from_bits(bits: u32) -> SplitNode {
+        let plane = |shift: u32| (bits >> shift & 0x3FFF) as u16;
+        SplitNode {
+            axis: (bits & 3) as u8,
+            reversed: bits & 4 != 0,
+            lower_max: plane(3),
+            upper_min: plane(17),
+        }
+    }
+}
+
+/// What a window's first byte says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WindowHead(pub u8);
+
+impl WindowHead {
+    /// Head of a window of `count` triangles with the given turn bits.
+    pub fn new(count: usize, turns: u8) -> WindowHead {
+        WindowHead(((count - 1) as u8) << 5 | turns >> 1)
+    }
+
+    /// Triangles.
+    #[inline(always)]
+    pub fn count(self) -> usize {
+        usize::from(self.0 >> 5) + 1
+    }
+
+    /// Turn bits; bit 0 is clear.
+    #[inline(always)]
+    pub fn turns(self) -> u8 {
+        (self.0 & 31) << 1
     }
 }
 
 /// A strip in place. Cheap to copy.
 #[derive(Clone, Copy, Debug)]
 pub struct StripView<'a> {
-    /// (w - 1) x 3 bytes.
+    /// (w - 1) splits.
     tree: &'a [u8],
     /// A byte a window.
-    turns: &'a [u8],
-    /// A byte a vertex.
+    heads: &'a [u8],
+    /// A byte a vertex, and after them whatever the record is filled up with.
     refs: &'a [u8],
 }
 
+/// A window of a strip: its head, and at least as many references as it has vertices.
+pub type Window<'a> = (WindowHead, &'a [u8]);
+
 impl<'a> StripView<'a> {
-    /// The strip that begins at `offset` of a cluster's strips. `None` where it does not fit, which never
-    /// happens in a checked page.
+    /// The strip of one window whose record begins `record`. `None` where it is cut off.
+    #[inline(always)]
+    pub(crate) fn single(record: &'a [u8]) -> Option<StripView<'a>> {
+        let record: &[u8; WINDOW_RECORD_BYTES] = record.first_chunk()?;
+        let (heads, refs) = record.split_at(1);
+        Some(StripView { tree: &[], heads, refs })
+    }
+
+    /// The strip of any length whose record begins `record`. `None` where it is cut off, which never happens in a
+    /// checked page.
     #[inline]
-    pub fn at(strips: &'a [u8], offset: usize) -> Option<StripView<'a>> {
-        let bytes = strips.get(offset..)?;
-        let n = usize::from(*bytes.first()?);
-        if n == 0 {
-            return None;
-        }
-        let windows = window_count(n);
-        let tree_end = 1 + (windows - 1) * SPLIT_BYTES;
-        let turns_end = tree_end + windows;
+    pub(crate) fn long(record: &'a [u8]) -> Option<StripView<'a>> {
+        let windows = usize::from(*record.first()?);
+        let tree_end = 1 + windows.checked_sub(1)? * SPLIT_BYTES;
+        let heads = record.get(tree_end..tree_end + windows)?;
+        let vertices = (windows - 1) * WINDOW_TRIANGLES + WindowHead(*heads.last()?).count() + 2;
         Some(StripView {
-            tree: bytes.get(1..tree_end)?,
-            turns: bytes.get(tree_end..turns_end)?,
-            refs: bytes.get(turns_end..turns_end + n + 2)?,
+            tree: &record[1..tree_end],
+            heads,
+            refs: record.get(tree_end + windows..tree_end + windows + vertices)?,
         })
     }
 
     /// Triangles.
     #[inline]
     pub fn triangle_count(&self) -> usize {
-        self.refs.len() - 2
+        let full = self.heads.len() - 1;
+        full * WINDOW_TRIANGLES + WindowHead(self.heads[full]).count()
     }
 
     /// Windows.
-    #[inline]
+    #[inline(always)]
     pub fn window_count(&self) -> usize {
-        self.turns.len()
+        self.heads.len()
     }
 
-    /// Length of the whole record.
-    pub fn record_bytes(&self) -> usize {
-        1 + self.tree.len() + self.turns.len() + self.refs.len()
+    /// Bytes of the tree.
+    pub(crate) fn tree_bytes(&self) -> usize {
+        self.tree.len()
+    }
+
+    /// Length of the record of a strip of any length.
+    pub(crate) fn long_record_bytes(&self) -> usize {
+        1 + self.tree.len() + self.heads.len() + self.refs.len()
     }
 
     /// Node `i` of the strip's tree.
     #[inline]
     pub fn split(&self, i: usize) -> SplitNode {
+        SplitNode::from_bits(self.split_bits(i))
+    }
+
+    pub(crate) fn split_bits(&self, i: usize) -> u32 {
         let b = &self.tree[i * SPLIT_BYTES..];
-        SplitNode::from_bytes([b[0], b[1], b[2]])
+        u32::from_le_bytes([b[0], b[1], b[2], b[3]])
     }
 
-    /// The tree as stored, [`SPLIT_BYTES`] a node.
-    pub(crate) fn tree(&self) -> &'a [u8] {
-        self.tree
-    }
-
-    /// Turn bits, a byte a window.
-    #[inline]
-    pub fn turns(&self) -> &'a [u8] {
-        self.turns
+    /// Heads of the windows, a byte each.
+    pub fn heads(&self) -> &'a [u8] {
+        self.heads
     }
 
     /// Vertices of the cluster, by first use in the strip.
     pub fn refs(&self) -> &'a [u8] {
+        &self.refs[..self.triangle_count() + 2]
+    }
+
+    /// Everything stored as references, also what fills up a record.
+    pub(crate) fn all_refs(&self) -> &'a [u8] {
         self.refs
     }
 
-    /// Triangles of window `w`, turn bits, and its vertices.
+    /// Window `w`.
+    #[inline(always)]
+    pub fn window(&self, w: usize) -> Window<'a> {
+        (WindowHead(self.heads[w]), &self.refs[w * WINDOW_TRIANGLES..])
+    }
+
+    /// Whether the strip's triangles before window `w` flip the winding of those after.
     #[inline]
-    pub fn window(&self, w: usize) -> (usize, u8, &'a [u8]) {
-        let first = w * WINDOW_TRIANGLES;
-        let count = (self.triangle_count() - first).min(WINDOW_TRIANGLES);
-        (count, self.turns[w], &self.refs[first..first + count + 2])
+    pub fn is_reversed_before(&self, w: usize) -> bool {
+        let flips = |&head: &u8| WINDOW_TRIANGLES as u32 - WindowHead(head).turns().count_ones();
+        self.heads[..w].iter().map(flips).sum::<u32>() & 1 == 1
     }
 
     /// Cluster vertices of triangle `i`, wound as in the mesh.
     pub fn triangle(&self, i: usize) -> [u8; 3] {
-        strip_triangle(self.turns, i).map(|k| self.refs[k])
+        let turns: Vec<u8> = self.heads.iter().map(|&head| WindowHead(head).turns()).collect();
+        strip_triangle(&turns, i).map(|k| self.refs[k])
     }
 }
 
-/// Appends a strip to the strips of a cluster and says where it begins.
+/// Appends the record of a strip of one window.
+///
+/// # Panics
+/// If it has more triangles.
+pub fn push_window(out: &mut Vec<u8>, turns: u8, refs: &[u8]) {
+    let n = refs.len() - 2;
+    assert!((1..=WINDOW_TRIANGLES).contains(&n), "{n} triangles in a window");
+    out.push(WindowHead::new(n, turns).0);
+    out.extend((0..WINDOW_VERTICES).map(|k| refs[k.min(n + 1)]));
+}
+
+/// Appends the record of a strip of any length.
 ///
 /// # Panics
 /// If the parts do not fit each other.
-pub fn push_strip(out: &mut Vec<u8>, tree: &[SplitNode], turns: &[u8], refs: &[u8]) -> usize {
+pub fn push_long(out: &mut Vec<u8>, tree: &[SplitNode], turns: &[u8], refs: &[u8]) {
     let n = refs.len() - 2;
     assert!((1..=MAX_STRIP_TRIANGLES).contains(&n), "{n} triangles in a strip");
     assert_eq!(turns.len(), window_count(n));
     assert_eq!(tree.len(), turns.len() - 1);
-    let offset = out.len();
-    out.push(n as u8);
-    out.extend(tree.iter().flat_map(|node| node.to_bytes()));
-    out.extend_from_slice(turns);
+    out.push(turns.len() as u8);
+    out.extend(tree.iter().flat_map(|node| node.to_bits().to_le_bytes()));
+    let count = |w: usize| (n - w * WINDOW_TRIANGLES).min(WINDOW_TRIANGLES);
+    out.extend(turns.iter().enumerate().map(|(w, &bits)| WindowHead::new(count(w), bits).0));
     out.extend_from_slice(refs);
-    offset
 }
 
-/// Length of the record of a strip of `n` triangles.
-pub fn record_bytes(n: usize) -> usize {
+/// Bytes of an entry of the table of places.
+pub const PLACE_BYTES: usize = 4;
+
+/// Bytes of strips in a page, without padding, from the number of triangles of each.
+pub fn strips_bytes(triangle_counts: impl Iterator<Item = usize> + Clone) -> usize {
+    let windows = triangle_counts.clone().map(window_count);
+    match windows.clone().max() {
+        Some(1) => windows.count() * WINDOW_RECORD_BYTES,
+        _ => triangle_counts.map(|n| PLACE_BYTES + long_record_bytes(n)).sum(),
+    }
+}
+
+/// Length of the record of a strip of `n` triangles in a cluster with strips of several windows.
+fn long_record_bytes(n: usize) -> usize {
     let windows = window_count(n);
     1 + (windows - 1) * SPLIT_BYTES + windows + n + 2
 }

@@ -63,7 +63,7 @@ impl PackWriter {
     /// Appends a page and gives its number.
     pub fn page(&mut self, page: &BuiltPage) -> Result<PageId, PackError> {
         if self.directory.len() as u64 >= MAX_PAGES {
-            let what = "more pages than 32 bits can number; use a larger --page-size";
+            let what = "more pages than 29 bits can number; use a larger --page-size";
             return Err(PackError::TooLarge(what.into()));
         }
         let id = self.directory.len() as PageId;

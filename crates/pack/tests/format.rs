@@ -3,10 +3,12 @@
 
 mod tables;
 
+use glam::Vec3;
 use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed, strip_triangle};
 use raystrips_pack::layout::*;
 use raystrips_pack::manifest::MAX_MANIFEST_BYTES;
-use raystrips_pack::strip_record::{SPLIT_BYTES, SplitNode, record_bytes};
+use raystrips_pack::strip_record::*;
+use raystrips_pack::vertices::{VERTEX_REACH, VertexCode};
 use std::mem::offset_of;
 use tables::{document, plain, rows};
 
@@ -32,20 +34,33 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
         record!(Footer { sections_offset, section_count, sections_checksum, file_bytes, magic }),
         record!(SectionEntry { kind, checksum, offset, bytes }),
         record!(PageEntry { offset, first_triangle, bytes, checksum, triangle_count, node_count }),
-        record!(ChildBoxes { origin, exponent, cluster, lo, hi }),
-        record!(WideNode { boxes, child }),
+        record!(ChildBoxes { origin, exponent, reserved, lo, hi }),
         record!(TopNode { boxes, child }),
         record!(TopEntry { page, node }),
-        record!(PageHeader { node_count, cluster_count, triangle_count, first_triangle }),
+        record!(WideNode { origin, reserved, exponent, reserved_too, first, cluster, count, lo, hi }),
+        record!(PageHeader {
+            last_node,
+            cluster_count,
+            triangle_count,
+            first_triangle,
+            grid_origin,
+            grid_exponent,
+            max_windows,
+            strip_count,
+            strip_bytes,
+            nodes_offset,
+            reserved
+        }),
         record!(ClusterHeader {
             offset,
             first_triangle,
             triangle_count,
-            strip_bytes,
-            last_vertex,
-            last_run,
-            reserved
+            first_strip,
+            strip_count,
+            run_count,
+            code
         }),
+        record!(VertexCode { anchor, bits, stride, exponent, last }),
         record!(GeometryRun { geometry, end }),
         record!(Emitter { corners, geometry }),
     ]
@@ -66,9 +81,10 @@ fn type_size(name: &str) -> usize {
     let one = match words.next().unwrap() {
         "u8" | "i8" => 1,
         "u16" => 2,
-        "u32" | "f32" => 4,
+        "u32" | "i32" | "f32" => 4,
         "u64" => 8,
         "ChildBoxes" => size_of::<ChildBoxes>(),
+        "VertexCode" => size_of::<VertexCode>(),
         other => panic!("type {other}"),
     };
     one * words.map(|n| n.parse::<usize>().unwrap()).product::<usize>()
@@ -95,27 +111,34 @@ fn records_are_as_described() {
 
 #[test]
 fn constants_are_as_described() {
-    let code: [(&str, u64); 17] = [
+    let code: [(&str, i64); 24] = [
         ("FORMAT_VERSION", FORMAT_VERSION.into()),
-        ("ALIGNMENT", ALIGNMENT),
-        ("MAX_PAGES", MAX_PAGES),
-        ("WIDTH", WIDTH as u64),
-        ("MAX_DEPTH", MAX_DEPTH as u64),
-        ("MAX_PAGE_NODES", MAX_PAGE_NODES as u64),
-        ("MAX_PAGE_CLUSTERS", MAX_PAGE_CLUSTERS as u64),
-        ("MAX_CLUSTER_VERTICES", MAX_CLUSTER_VERTICES as u64),
-        ("MAX_STRIP_BYTES", MAX_STRIP_BYTES as u64),
-        ("MAX_STRIP_TRIANGLES", MAX_STRIP_TRIANGLES as u64),
-        ("WINDOW_TRIANGLES", WINDOW_TRIANGLES as u64),
-        ("SPLIT_BYTES", SPLIT_BYTES as u64),
-        ("MAX_MANIFEST_BYTES", MAX_MANIFEST_BYTES as u64),
-        ("WideNode::EMPTY", WideNode::EMPTY.into()),
-        ("WideNode::LEAF", WideNode::LEAF.into()),
+        ("ALIGNMENT", ALIGNMENT as i64),
+        ("MAX_PAGES", MAX_PAGES as i64),
+        ("WIDTH", WIDTH as i64),
+        ("MAX_DEPTH", MAX_DEPTH as i64),
+        ("MAX_PAGE_NODES", MAX_PAGE_NODES as i64),
+        ("MAX_PAGE_CLUSTERS", MAX_PAGE_CLUSTERS as i64),
+        ("MAX_PAGE_STRIPS", MAX_PAGE_STRIPS as i64),
+        ("MAX_CLUSTER_VERTICES", MAX_CLUSTER_VERTICES as i64),
+        ("MAX_STRIP_TRIANGLES", MAX_STRIP_TRIANGLES as i64),
+        ("MAX_STRIP_WINDOWS", MAX_STRIP_WINDOWS as i64),
+        ("WINDOW_TRIANGLES", WINDOW_TRIANGLES as i64),
+        ("WINDOW_RECORD_BYTES", WINDOW_RECORD_BYTES as i64),
+        ("PLACE_BYTES", PLACE_BYTES as i64),
+        ("SPLIT_BYTES", SPLIT_BYTES as i64),
+        ("SPLIT_PLANE_STEP", SPLIT_PLANE_STEP.into()),
+        ("VERTEX_REACH", VERTEX_REACH as i64),
+        ("MAX_MANIFEST_BYTES", MAX_MANIFEST_BYTES as i64),
+        ("WideNode::STRIPS", WideNode::STRIPS.into()),
+        ("VertexCode::FLOAT_EXPONENT", VertexCode::FLOAT_EXPONENT.into()),
+        ("TopNode::KIND", TopNode::KIND.into()),
         ("TopNode::EMPTY", TopNode::EMPTY.into()),
+        ("TopNode::NODE", TopNode::NODE.into()),
         ("TopNode::ENTRY", TopNode::ENTRY.into()),
     ];
     let number = |s: &str| match s.strip_prefix("0x") {
-        Some(hex) => u64::from_str_radix(hex, 16).unwrap(),
+        Some(hex) => i64::from_str_radix(hex, 16).unwrap(),
         None => s.parse().unwrap(),
     };
     let described = rows(&document(), "## Constants", 0);
@@ -154,22 +177,48 @@ fn strips_are_as_described() {
         assert_eq!(row[3].parse::<u32>().unwrap() % 2 == 1, strip_is_reversed(&turns, i));
         assert_eq!(row[4], corners.map(|c| c.to_string()).join(" "));
     }
+    let mut record = Vec::new();
+    push_window(&mut record, turns[0], &[0, 1, 2, 3, 4, 5]);
+    let hex: Vec<String> = record.iter().map(|b| format!("{b:02X}")).collect();
+    assert!(doc.contains(&format!("`{}`", hex.join(" "))), "{hex:?}");
     for n in 1..=MAX_STRIP_TRIANGLES {
         let w = n.div_ceil(6);
-        assert_eq!(record_bytes(n), 3 * (w - 1) + w + n + 3);
+        let bytes = if w == 1 { 9 } else { 4 + 4 * (w - 1) + w + n + 3 };
+        assert_eq!(strips_bytes([n].into_iter()), bytes);
     }
+}
+
+#[test]
+fn splits_are_as_described() {
     let split = SplitNode { axis: 2, reversed: true, lower_max: 7, upper_min: 9 };
-    assert_eq!(split.to_bytes(), [0b110, 7, 9]);
+    assert_eq!(split.to_bits(), 2 | 1 << 2 | 7 << 3 | 9 << 17);
     let bits: Vec<_> =
-        rows(&doc, "### Splits", 0).into_iter().map(|row| [0, 1, 2].map(|i| plain(&row[i]))).collect();
-    let expected = [
-        ["0", "0-1", "axis"],
-        ["0", "2", "reversed"],
-        ["0", "3-7", ""],
-        ["1", "0-7", "lower_max"],
-        ["2", "0-7", "upper_min"],
-    ];
+        rows(&document(), "### Splits", 0).into_iter().map(|row| [0, 1].map(|i| plain(&row[i]))).collect();
+    let expected =
+        [["0-1", "axis"], ["2", "reversed"], ["3-16", "lower_max"], ["17-30", "upper_min"], ["31", ""]];
     assert_eq!(bits, expected.map(|row| row.map(str::to_string)));
+}
+
+#[test]
+fn vertices_are_as_described() {
+    fn numbers(cell: &str) -> Vec3 {
+        let numbers: Vec<f32> = cell.split(' ').map(|x| x.parse().unwrap()).collect();
+        Vec3::from_slice(&numbers)
+    }
+    let table = rows(&document(), "### VertexCode", 1);
+    let vertices: Vec<Vec3> = table.iter().map(|row| numbers(&row[0])).collect();
+    let code = VertexCode::of(&vertices);
+    let expected =
+        VertexCode { anchor: [6, 1, 3], bits: [3, 0, 3], stride: 1, exponent: [-2, 1, 0], last: 2 };
+    assert_eq!(code, expected);
+    let mut bytes = Vec::new();
+    code.encode(&vertices, &mut bytes);
+    for (row, (byte, vertex)) in table.iter().zip(bytes.iter().zip(&vertices)) {
+        let q = numbers(&row[1]);
+        assert_eq!(*vertex, Vec3::from_array([0, 1, 2].map(|axis| code.value(axis, q[axis] as u32))));
+        assert_eq!(row[2], format!("{byte:#04x}"));
+    }
+    assert_eq!((bytes.len(), code.byte_count()), (3, 4));
 }
 
 #[test]

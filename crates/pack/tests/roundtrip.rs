@@ -4,25 +4,81 @@
 use glam::Vec3;
 use proptest::prelude::*;
 use raystrips_geom::Aabb;
-use raystrips_geom::strip::window_count;
-use raystrips_pack::StripView;
+use raystrips_geom::strip::{PlaneSplit, strip_triangle, window_count};
 use raystrips_pack::layout::{ChildBoxes, MAX_STRIP_TRIANGLES, WIDTH};
-use raystrips_pack::strip_record::{SplitNode, push_strip, record_bytes};
+use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
+use raystrips_pack::strip_record::SPLIT_PLANE_STEP;
+use raystrips_pack::{PageBuilder, PageEntry, PageView, WideNode, check_page};
 
-/// The parts of a strip: tree, turns, refs.
-type Parts = (Vec<SplitNode>, Vec<u8>, Vec<u8>);
+/// The parts of a strip: splits, turns, refs.
+type Parts = (Vec<PlaneSplit>, Vec<u8>, Vec<u8>);
 
-fn split() -> impl Strategy<Value = SplitNode> {
-    (0..3u8, any::<bool>(), any::<u8>(), any::<u8>())
-        .prop_map(|(axis, reversed, lower_max, upper_min)| SplitNode { axis, reversed, lower_max, upper_min })
+/// Number of vertices, and how far they lie from 0 at most.
+const VERTICES: u8 = 100;
+const SIZE: f32 = 65535.0;
+
+fn vertices() -> Vec<Vec3> {
+    let x = |i: u8, k: u32| (f32::from(i) * 0.37 * (k as f32)).sin().abs() * SIZE;
+    (0..VERTICES).map(|i| Vec3::new(x(i, 1), x(i, 2), x(i, 3))).collect()
 }
 
-fn strip() -> impl Strategy<Value = Parts> {
-    (1..=MAX_STRIP_TRIANGLES).prop_flat_map(|n| {
+fn split() -> impl Strategy<Value = PlaneSplit> {
+    let plane = || prop_oneof![Just(0.0), Just(SIZE), 0.0..SIZE];
+    (0..3u8, any::<bool>(), plane(), plane()).prop_map(|(axis, reversed, lower_max, upper_min)| PlaneSplit {
+        axis,
+        reversed,
+        lower_max,
+        upper_min,
+    })
+}
+
+fn strip(most: usize) -> impl Strategy<Value = Parts> {
+    (1..=most).prop_flat_map(|n| {
         let windows = window_count(n);
         let turns = prop::collection::vec((0..32u8).prop_map(|bits| bits << 1), windows);
-        (prop::collection::vec(split(), windows - 1), turns, prop::collection::vec(any::<u8>(), n + 2))
+        (prop::collection::vec(split(), windows - 1), turns, prop::collection::vec(0..VERTICES, n + 2))
     })
+}
+
+/// A page of one cluster and one node.
+fn page(strips: &[Parts]) -> BuiltPage {
+    let vertices = vertices();
+    let parts = strips.iter().map(|(splits, turns, refs)| StripParts { refs, turns, splits, geometry: 0 });
+    let mut page = PageBuilder::default();
+    let root = page.reserve_nodes(1);
+    let (cluster, first) = page.cluster(&vertices, parts.collect());
+    let bounds = vec![Aabb { min: Vec3::ZERO, max: Vec3::splat(SIZE) }; strips.len()];
+    page.set_node(root, bounds, Children::Strips { cluster, first });
+    page.finish(0).unwrap()
+}
+
+/// Checks what was read against what was written.
+fn check_strips(view: &PageView, strips: &[Parts]) -> Result<(), TestCaseError> {
+    let cluster = view.cluster(0);
+    prop_assert_eq!(cluster.strip_numbers(), 0..strips.len());
+    let mut triangles = 0;
+    for (i, (splits, turns, refs)) in strips.iter().enumerate() {
+        let strip = view.strip(i);
+        let n = refs.len() - 2;
+        prop_assert_eq!((strip.refs(), strip.window_count()), (&refs[..], turns.len()));
+        prop_assert_eq!((strip.triangle_count(), cluster.triangle_index(i, 0)), (n, triangles));
+        prop_assert_eq!(view.window_record(i).is_some(), view.header().max_windows == 1);
+        let heads: Vec<_> = (0..turns.len()).map(|w| strip.window(w).0).collect();
+        prop_assert_eq!(heads.iter().map(|head| head.turns()).collect::<Vec<_>>(), turns.clone());
+        prop_assert_eq!(heads.iter().map(|head| head.count()).sum::<usize>(), n);
+        for k in 0..n {
+            prop_assert_eq!(strip.triangle(k), strip_triangle(turns, k).map(|corner| refs[corner]));
+        }
+        for (s, split) in splits.iter().enumerate() {
+            let stored = strip.split(s);
+            prop_assert_eq!((stored.axis, stored.reversed), (split.axis, split.reversed));
+            let plane = |p: u16| view.grid().plane(usize::from(split.axis), p * SPLIT_PLANE_STEP);
+            prop_assert!(plane(stored.lower_max) >= split.lower_max.into());
+            prop_assert!(plane(stored.upper_min) <= split.upper_min.into());
+        }
+        triangles += n;
+    }
+    Ok(())
 }
 
 fn boxes(scale: f32) -> impl Strategy<Value = Vec<Aabb>> {
@@ -35,50 +91,64 @@ fn boxes(scale: f32) -> impl Strategy<Value = Vec<Aabb>> {
     prop::collection::vec(one, 1..=WIDTH)
 }
 
+fn contains(outer: Aabb, inner: Aabb) -> bool {
+    outer.min.cmple(inner.min).all() && inner.max.cmple(outer.max).all()
+}
+
 fn check_boxes(bounds: &[Aabb]) -> Result<(), TestCaseError> {
-    let boxes = ChildBoxes::around(bounds, 3);
-    for (i, inner) in bounds.iter().enumerate() {
-        let outer = boxes.child_bounds(i);
-        prop_assert!(outer.min.cmple(inner.min).all() && inner.max.cmple(outer.max).all(), "child {i}");
-    }
-    for unused in bounds.len()..WIDTH {
-        for axis in 0..3 {
-            prop_assert_eq!((boxes.lo[axis][unused], boxes.hi[axis][unused]), (255, 0));
-        }
-    }
-    prop_assert_eq!(boxes.cluster, 3);
-    Ok(())
+    let boxes = ChildBoxes::around(bounds);
+    let unused = |lo: [[u8; WIDTH]; 3], hi: [[u8; WIDTH]; 3]| {
+        (bounds.len()..WIDTH).all(|i| (0..3).all(|axis| (lo[axis][i], hi[axis][i]) == (255, 0)))
+    };
+    prop_assert!((0..bounds.len()).all(|i| contains(boxes.child_bounds(i), bounds[i])));
+    prop_assert!(unused(boxes.lo, boxes.hi));
+    let mut page = PageBuilder::default();
+    let root = page.reserve_nodes(1);
+    page.set_node(root, bounds.to_vec(), Children::Nodes(1));
+    with_view(&page.finish(0).unwrap(), |view| {
+        let node = view.nodes()[0];
+        prop_assert!((0..bounds.len()).all(|i| contains(node.child_bounds(view.grid(), i), bounds[i])));
+        prop_assert!(unused(node.lo, node.hi));
+        Ok(())
+    })
+}
+
+/// Calls `f` with the page, aligned in memory, and the bytes it has there.
+fn with_bytes<R>(page: &BuiltPage, f: impl FnOnce(&[u8]) -> R) -> R {
+    let mut memory: Vec<WideNode> = vec![bytemuck::Zeroable::zeroed(); page.bytes.len().div_ceil(64)];
+    let bytes = &mut bytemuck::cast_slice_mut(&mut memory)[..page.bytes.len()];
+    bytes.copy_from_slice(&page.bytes);
+    f(bytes)
+}
+
+fn with_view<R>(page: &BuiltPage, f: impl FnOnce(PageView) -> R) -> R {
+    with_bytes(page, |bytes| f(PageView::new(bytes).unwrap()))
 }
 
 proptest! {
     #[test]
-    fn strips(strips in prop::collection::vec(strip(), 1..8)) {
-        let mut bytes = Vec::new();
-        let starts: Vec<usize> =
-            strips.iter().map(|(tree, turns, refs)| push_strip(&mut bytes, tree, turns, refs)).collect();
-        let mut end = 0;
-        for ((tree, turns, refs), start) in strips.iter().zip(starts) {
-            prop_assert_eq!(start, end);
-            let view = StripView::at(&bytes, start).unwrap();
-            prop_assert_eq!((view.turns(), view.refs()), (&turns[..], &refs[..]));
-            prop_assert_eq!((view.triangle_count(), view.window_count()), (refs.len() - 2, turns.len()));
-            for (i, split) in tree.iter().enumerate() {
-                prop_assert_eq!(view.split(i), *split);
-            }
-            let windows = (0..view.window_count()).map(|w| view.window(w));
-            prop_assert_eq!(windows.map(|(count, ..)| count).sum::<usize>(), view.triangle_count());
-            prop_assert_eq!(view.record_bytes(), record_bytes(view.triangle_count()));
-            end += view.record_bytes();
-        }
-        prop_assert_eq!(end, bytes.len());
-        prop_assert!(StripView::at(&bytes, end).is_none());
+    fn strips_of_one_window(strips in prop::collection::vec(strip(6), 1..8)) {
+        with_view(&page(&strips), |view| check_strips(&view, &strips))?;
     }
 
     #[test]
-    fn cut_strips_are_none((tree, turns, refs) in strip(), cut in any::<prop::sample::Index>()) {
-        let mut bytes = Vec::new();
-        push_strip(&mut bytes, &tree, &turns, &refs);
-        prop_assert!(StripView::at(&bytes[..cut.index(bytes.len())], 0).is_none());
+    fn strips_of_any_length(strips in prop::collection::vec(strip(MAX_STRIP_TRIANGLES), 1..8)) {
+        with_view(&page(&strips), |view| check_strips(&view, &strips))?;
+    }
+
+    #[test]
+    fn what_is_built_is_sound(strips in prop::collection::vec(strip(20), 1..8)) {
+        let page = page(&strips);
+        let entry = PageEntry {
+            offset: 4096,
+            first_triangle: 0,
+            bytes: page.bytes.len() as u32,
+            checksum: crc32c::crc32c(&page.bytes),
+            triangle_count: page.triangle_count,
+            node_count: page.node_count,
+        };
+        with_bytes(&page, |bytes| check_page(bytes, 0, &entry, 1, 1).map(|_| ())).unwrap();
+        prop_assert_eq!(page.counts.tracing() + page.counts.materials, page.bytes.len() as u64);
     }
 
     #[test]
@@ -96,8 +166,6 @@ proptest! {
 fn a_point_has_a_box() {
     for x in [0.0, 1e-38, -1e30, 12345.678] {
         let point = Vec3::splat(x);
-        let boxes = ChildBoxes::around(&[Aabb { min: point, max: point }], 0);
-        let outer = boxes.child_bounds(0);
-        assert!(outer.min.cmple(point).all() && point.cmple(outer.max).all());
+        check_boxes(&[Aabb { min: point, max: point }]).unwrap();
     }
 }

@@ -49,14 +49,54 @@ impl Bvh {
         }
     }
 
-    /// The same hierarchy with other items in the leaves, visited from first to last.
-    pub fn map_leaves(self, f: &mut impl FnMut(Range<usize>) -> Range<usize>) -> Bvh {
+    /// The same hierarchy with others in place of the leaves, visited from first to last. Their items are numbered
+    /// from 0 and become those after the items of the leaf before.
+    pub fn graft(self, next: &mut usize, f: &mut impl FnMut(Range<usize>) -> Bvh) -> Bvh {
         match self {
-            Bvh::Leaf { bounds, items } => Bvh::Leaf { bounds, items: f(items) },
+            Bvh::Leaf { items, .. } => {
+                let graft = f(items);
+                let first = *next;
+                *next += graft.items().end;
+                graft.renumber(first)
+            }
             Bvh::Inner { bounds, children } => {
                 let [a, b] = *children;
-                let a = a.map_leaves(f);
-                Bvh::Inner { bounds, children: Box::new([a, b.map_leaves(f)]) }
+                let a = a.graft(next, f);
+                Bvh::Inner { bounds, children: Box::new([a, b.graft(next, f)]) }
+            }
+        }
+    }
+
+    fn renumber(self, first: usize) -> Bvh {
+        match self {
+            Bvh::Leaf { bounds, items } => {
+                Bvh::Leaf { bounds, items: items.start + first..items.end + first }
+            }
+            Bvh::Inner { bounds, children } => {
+                Bvh::Inner { bounds, children: Box::new((*children).map(|c| c.renumber(first))) }
+            }
+        }
+    }
+
+    /// Its leaves, from first to last.
+    pub fn leaves(&self) -> Vec<Range<usize>> {
+        match self {
+            Bvh::Leaf { items, .. } => vec![items.clone()],
+            Bvh::Inner { children, .. } => children.iter().flat_map(Bvh::leaves).collect(),
+        }
+    }
+
+    /// The same hierarchy with leaf number *i* holding item *i* alone.
+    pub fn number_leaves(self, next: &mut usize) -> Bvh {
+        match self {
+            Bvh::Leaf { bounds, .. } => {
+                *next += 1;
+                Bvh::Leaf { bounds, items: *next - 1..*next }
+            }
+            Bvh::Inner { bounds, children } => {
+                let [a, b] = *children;
+                let a = a.number_leaves(next);
+                Bvh::Inner { bounds, children: Box::new([a, b.number_leaves(next)]) }
             }
         }
     }

@@ -1,16 +1,18 @@
 //! Clusters: groups of triangles that share at most 256 vertices, so that a byte names one.
 
-use crate::bvh::{self, Bvh};
+use crate::bvh::Bvh;
+use crate::groups::group;
 use crate::stripify::{ClusterMesh, Strip, stripify};
 use crate::{Mesh, StripParams};
 use glam::Vec3;
 use raystrips_geom::Aabb;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Most vertices of a cluster.
 pub const MAX_VERTICES: usize = 256;
 /// Most triangles: a closed surface of 256 vertices has 508, and even triangles that share nothing but corners
-/// must keep the strips of a cluster within 15 bits of bytes.
+/// must keep the strips of a cluster within what a page can number.
 pub const MAX_TRIANGLES: usize = 640;
 
 /// A finished cluster.
@@ -18,10 +20,10 @@ pub const MAX_TRIANGLES: usize = 640;
 pub struct Cluster {
     /// Vertices, by first use in the strips.
     pub vertices: Vec<Vec3>,
-    /// Strips by geometry, then as the hierarchy has them.
+    /// Strips, group by group, in a group by geometry.
     pub strips: Vec<Strip>,
-    /// Hierarchy whose leaves are single strips.
-    pub tree: Bvh,
+    /// Strips that are the children of one node.
+    pub groups: Vec<Range<usize>>,
 }
 
 /// True where `triangles` can be one cluster.
@@ -37,36 +39,30 @@ pub fn fits(mesh: &Mesh, triangles: &[u32]) -> bool {
 }
 
 impl Cluster {
-    /// Makes strips of `triangles` and builds the hierarchy over them.
-    pub fn build(mesh: &Mesh, triangles: &[u32], params: &StripParams) -> Cluster {
+    /// Makes strips of `triangles`, groups of at most `width` strips, and a hierarchy whose leaves are single
+    /// groups.
+    pub fn build(mesh: &Mesh, triangles: &[u32], params: &StripParams, width: usize) -> (Cluster, Bvh) {
         let local = localize(mesh, triangles);
         let strips = stripify(&local, params.max_windows);
         let bounds: Vec<Aabb> = strips.iter().map(|s| s.bounds).collect();
-        let built = bvh::build(&bounds, &|_| false);
-        let (mut strips, place) = sorted_by_geometry(strips, &built.order);
-        let tree = built.tree.map_leaves(&mut |leaf| {
-            let i = place[leaf.start];
-            i..i + 1
-        });
+        let grouped = group(&bounds, width);
+        let groups = grouped.tree.leaves();
+        let mut strips = in_order(strips, &grouped.order);
+        for group in &groups {
+            strips[group.clone()].sort_by_key(|strip| strip.geometry);
+        }
         for source in strips.iter_mut().flat_map(|s| &mut s.sources) {
             source.triangle = triangles[source.triangle as usize];
         }
         let vertices = renumber_by_first_use(&mut strips, &local.positions);
-        Cluster { vertices, strips, tree }
+        (Cluster { vertices, strips, groups }, grouped.tree.number_leaves(&mut 0))
     }
 }
 
-/// Strips in the order of the hierarchy but grouped by geometry, and where each leaf's strip came to be.
-fn sorted_by_geometry(strips: Vec<Strip>, order: &[u32]) -> (Vec<Strip>, Vec<usize>) {
-    let mut leaves: Vec<usize> = (0..order.len()).collect();
-    leaves.sort_by_key(|&leaf| strips[order[leaf] as usize].geometry);
-    let mut place = vec![0; leaves.len()];
-    for (i, &leaf) in leaves.iter().enumerate() {
-        place[leaf] = i;
-    }
+fn in_order(strips: Vec<Strip>, order: &[u32]) -> Vec<Strip> {
     let mut slots: Vec<Option<Strip>> = strips.into_iter().map(Some).collect();
-    let take = |leaf: &usize| slots[order[*leaf] as usize].take().expect("an order names each strip once");
-    (leaves.iter().map(take).collect(), place)
+    let take = |&i: &u32| slots[i as usize].take().expect("an order names each strip once");
+    order.iter().map(take).collect()
 }
 
 /// Numbers vertices by first use in the strips, so that neighbors in a strip are neighbors in memory.

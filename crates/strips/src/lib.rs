@@ -2,18 +2,21 @@
 //!
 //! [`build`] composes the steps, each in a file of its own: a surface area hierarchy down to *clusters*, which
 //! share at most 256 vertices ([`cluster`]); strips in each cluster ([`stripify`]); a balanced tree along each
-//! strip ([`split_tree`]); and a hierarchy over the strips of a cluster ([`bvh`]).
+//! strip ([`split_tree`]); groups of strips that fill a node, and a hierarchy over those ([`groups`]).
 //!
 //! Unlike the paper, which cuts the mesh into chunks and takes whatever strips span them, strips are found
 //! first and the hierarchy goes on down to them, so a strip is never larger than the area it saves bytes for.
 
 pub mod bvh;
 pub mod cluster;
+pub mod collapse;
+pub mod groups;
 pub mod split_tree;
 pub mod stripify;
 
 pub use bvh::Bvh;
 pub use cluster::Cluster;
+pub use collapse::Collapse;
 pub use stripify::{Source, Strip};
 
 use glam::Vec3;
@@ -53,13 +56,18 @@ impl Default for StripParams {
     }
 }
 
+/// Most strips of a group: the children of a node.
+pub const GROUP_STRIPS: usize = 8;
+
 /// A built piece.
 #[derive(Clone, Debug)]
 pub struct StripTree {
-    /// Hierarchy whose leaves are single clusters.
+    /// Hierarchy whose leaves are single groups of strips, numbered through all clusters.
     pub tree: Bvh,
-    /// Clusters; the leaves of `tree` name them by place.
+    /// Clusters.
     pub clusters: Vec<Cluster>,
+    /// For each group its cluster and its place there.
+    pub groups: Vec<(u32, u32)>,
 }
 
 /// Builds the hierarchy of a piece. The result does not depend on the number of threads. `finished` is told from any
@@ -72,16 +80,16 @@ pub struct StripTree {
 pub fn build(mesh: &Mesh, params: &StripParams, finished: &(dyn Fn(usize) + Sync)) -> StripTree {
     let bounds: Vec<Aabb> = (0..mesh.triangles.len()).map(|i| Aabb::of_points(mesh.corners(i))).collect();
     let built = bvh::build(&bounds, &|triangles| cluster::fits(mesh, triangles));
-    let mut ranges = Vec::new();
-    let tree = built.tree.map_leaves(&mut |range| {
-        ranges.push(range);
-        ranges.len() - 1..ranges.len()
-    });
     let cluster = |range: &Range<usize>| {
-        let cluster = Cluster::build(mesh, &built.order[range.clone()], params);
+        let cluster = Cluster::build(mesh, &built.order[range.clone()], params, GROUP_STRIPS);
         finished(range.len());
         cluster
     };
-    let clusters = ranges.par_iter().map(cluster).collect();
-    StripTree { tree, clusters }
+    let (clusters, trees): (Vec<Cluster>, Vec<Bvh>) = built.tree.leaves().par_iter().map(cluster).unzip();
+    let mut trees = trees.into_iter();
+    let tree = built.tree.graft(&mut 0, &mut |_| trees.next().expect("a tree for each cluster"));
+    let numbered =
+        |(cluster, c): (usize, &Cluster)| (0..c.groups.len()).map(move |i| (cluster as u32, i as u32));
+    let groups = clusters.iter().enumerate().flat_map(numbered).collect();
+    StripTree { tree, clusters, groups }
 }

@@ -3,13 +3,14 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::ByteCounts;
-use crate::strip_record::{SPLIT_BYTES, SplitNode, push_strip};
+use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, push_long, push_window};
+use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
-use raystrips_geom::Aabb;
 use raystrips_geom::strip::PlaneSplit;
+use raystrips_geom::{Aabb, PageGrid, Subgrid};
 
 /// A strip to be stored.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct StripParts<'a> {
     /// Vertices of the cluster.
     pub refs: &'a [u8],
@@ -21,21 +22,39 @@ pub struct StripParts<'a> {
     pub geometry: u32,
 }
 
-/// Collects nodes and clusters, then lays them out as a page.
-#[derive(Default)]
-pub struct PageBuilder {
-    nodes: Vec<WideNode>,
-    clusters: Vec<ClusterBuilder>,
+/// What the children of a node are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Children {
+    /// Nodes of the page from this number on.
+    Nodes(u16),
+    /// Strips of a cluster.
+    Strips {
+        /// Number of the cluster.
+        cluster: u8,
+        /// Number of the first strip.
+        first: u16,
+    },
 }
 
+/// A node to be stored.
+#[derive(Clone, Debug)]
+struct Node {
+    bounds: Vec<Aabb>,
+    children: Children,
+}
+
+/// A cluster to be stored.
+struct Cluster<'a> {
+    vertices: &'a [Vec3],
+    strips: Vec<StripParts<'a>>,
+}
+
+/// Collects nodes and clusters, then lays them out as a page.
 #[derive(Default)]
-struct ClusterBuilder {
-    runs: Vec<GeometryRun>,
-    strips: Vec<u8>,
-    vertices: Vec<Vec3>,
-    strip_count: u64,
-    split_count: u64,
-    triangle_count: u32,
+pub struct PageBuilder<'a> {
+    nodes: Vec<Option<Node>>,
+    clusters: Vec<Cluster<'a>>,
+    strip_count: usize,
 }
 
 /// A finished page.
@@ -54,158 +73,210 @@ pub struct BuiltPage {
     pub counts: ByteCounts,
 }
 
-impl PageBuilder {
-    /// Begins a cluster and gives its number.
+impl<'a> PageBuilder<'a> {
+    /// Adds a cluster and gives its number and that of its first strip.
     ///
     /// # Panics
-    /// If there are no or too many vertices, or too many clusters.
-    pub fn cluster(&mut self, vertices: Vec<Vec3>) -> u8 {
-        assert!(
-            (1..=MAX_CLUSTER_VERTICES).contains(&vertices.len()),
-            "{} vertices in a cluster",
-            vertices.len()
-        );
+    /// If there are no or too many vertices or strips, or too many clusters.
+    pub fn cluster(&mut self, vertices: &'a [Vec3], strips: Vec<StripParts<'a>>) -> (u8, u16) {
+        let count = vertices.len();
+        assert!((1..=MAX_CLUSTER_VERTICES).contains(&count), "{count} vertices in a cluster");
+        assert!(!strips.is_empty(), "no strips in a cluster");
         assert!(self.clusters.len() < MAX_PAGE_CLUSTERS, "too many clusters in a page");
-        self.clusters.push(ClusterBuilder { vertices, ..ClusterBuilder::default() });
-        (self.clusters.len() - 1) as u8
+        let first_strip = self.strip_count;
+        self.strip_count += strips.len();
+        assert!(self.strip_count <= MAX_PAGE_STRIPS, "too many strips in a page");
+        self.clusters.push(Cluster { vertices, strips });
+        ((self.clusters.len() - 1) as u8, first_strip as u16)
     }
 
-    /// Adds a node with children in `bounds`, each still to be linked, and gives its number. Its strips are
-    /// those of `cluster`.
+    /// Makes room for `count` nodes one after the other and gives the number of the first.
     ///
     /// # Panics
     /// If there are more nodes than a page can number.
-    pub fn node(&mut self, cluster: u8, bounds: &[Aabb]) -> u16 {
-        assert!(self.nodes.len() < MAX_PAGE_NODES, "too many nodes in a page");
-        self.nodes
-            .push(WideNode { boxes: ChildBoxes::around(bounds, cluster), child: [WideNode::EMPTY; WIDTH] });
-        (self.nodes.len() - 1) as u16
+    pub fn reserve_nodes(&mut self, count: usize) -> u16 {
+        let first = self.nodes.len();
+        assert!(first + count <= MAX_PAGE_NODES, "too many nodes in a page");
+        self.nodes.resize(first + count, None);
+        first as u16
     }
 
-    /// Makes node `child` the child of `node` at `slot`.
-    pub fn link(&mut self, node: u16, slot: usize, child: u16) {
-        debug_assert!(child > node, "children come after their parents");
-        self.nodes[usize::from(node)].child[slot] = child;
-    }
-
-    /// Adds a strip to the cluster of `node` and makes it the child at `slot`.
-    ///
-    /// # Panics
-    /// If the cluster's strips outgrow 15 bits.
-    pub fn strip(&mut self, node: u16, slot: usize, strip: StripParts) {
-        let node = &mut self.nodes[usize::from(node)];
-        let grid = node.boxes.grid();
-        let split = |s: &PlaneSplit| SplitNode {
-            axis: s.axis,
-            reversed: s.reversed,
-            lower_max: grid.round_up(usize::from(s.axis), s.lower_max),
-            upper_min: grid.round_down(usize::from(s.axis), s.upper_min),
-        };
-        let splits: Vec<SplitNode> = strip.splits.iter().map(split).collect();
-        let cluster = &mut self.clusters[usize::from(node.boxes.cluster)];
-        let offset = push_strip(&mut cluster.strips, &splits, strip.turns, strip.refs);
-        assert!(cluster.strips.len() < MAX_STRIP_BYTES, "too many strips in a cluster");
-        node.child[slot] = WideNode::LEAF | offset as u16;
-        cluster.strip_count += 1;
-        cluster.split_count += splits.len() as u64;
-        cluster.triangle_count += strip.refs.len() as u32 - 2;
-        match cluster.runs.last_mut() {
-            Some(run) if run.geometry == strip.geometry => run.end = cluster.triangle_count,
-            _ => cluster.runs.push(GeometryRun { geometry: strip.geometry, end: cluster.triangle_count }),
+    /// Says what node `number` is: its children are in `bounds`.
+    pub fn set_node(&mut self, number: u16, bounds: Vec<Aabb>, children: Children) {
+        assert!((1..=WIDTH).contains(&bounds.len()), "{} children", bounds.len());
+        if let Children::Nodes(first) = children {
+            debug_assert!(first > number, "children come after their parents");
         }
-    }
-
-    /// Bytes of the page as it stands.
-    pub fn byte_count(&self) -> usize {
-        size_of::<PageHeader>()
-            + self.nodes.len() * size_of::<WideNode>()
-            + self.clusters.iter().map(ClusterBuilder::byte_count).sum::<usize>()
+        self.nodes[usize::from(number)] = Some(Node { bounds, children });
     }
 
     /// Lays out the page whose first triangle has number `first_triangle` in the pack.
     ///
     /// # Panics
-    /// If a cluster has no strips.
-    pub fn finish(mut self, first_triangle: u64) -> Result<BuiltPage, PackError> {
-        let bytes_expected = self.byte_count();
-        let triangle_count = self.clusters.iter().map(|c| c.triangle_count).sum();
-        let header = PageHeader {
-            node_count: self.nodes.len() as u16,
-            cluster_count: self.clusters.len() as u16,
-            triangle_count,
-            first_triangle,
-        };
-        let mut bytes = Vec::with_capacity(bytes_expected);
-        bytes.extend_from_slice(bytemuck::bytes_of(&header));
-        bytes.extend_from_slice(bytemuck::cast_slice(&self.nodes));
-        let mut counts = ByteCounts {
-            nodes: (bytes.len() - size_of::<PageHeader>()) as u64,
-            page_overhead: size_of::<PageHeader>() as u64,
-            ..ByteCounts::default()
-        };
-        let mut offset = bytes.len() + self.clusters.len() * size_of::<ClusterHeader>();
-        let mut first_in_page = 0;
-        for cluster in &mut self.clusters {
-            cluster.pad();
-            let header = cluster.header(offset, first_in_page)?;
-            bytes.extend_from_slice(bytemuck::bytes_of(&header));
-            offset += cluster.blob_bytes();
-            first_in_page += cluster.triangle_count;
-            cluster.count(&mut counts);
-        }
+    /// If there is no node, or one that was reserved was not set.
+    pub fn finish(self, first_triangle: u64) -> Result<BuiltPage, PackError> {
+        let set = |n: Option<Node>| n.expect("every node that was reserved is set");
+        let nodes: Vec<Node> = self.nodes.into_iter().map(set).collect();
+        let bounds = nodes.iter().flat_map(|n| &n.bounds).fold(Aabb::EMPTY, |all, b| all.union(*b));
+        let grid = PageGrid::covering(&bounds);
+        let mut counts = ByteCounts::default();
+        let strips = self.clusters.iter().flat_map(|c| &c.strips);
+        let (strip_records, max_windows) = strip_records(strips, self.strip_count, grid, &mut counts);
+        let blobs_begin = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
+        let mut headers: Vec<ClusterHeader> = Vec::with_capacity(self.clusters.len());
+        let mut blobs = Vec::new();
+        let (mut triangles, mut strips) = (0, 0);
         for cluster in &self.clusters {
-            bytes.extend_from_slice(bytemuck::cast_slice(&cluster.runs));
-            bytes.extend_from_slice(&cluster.strips);
-            bytes.extend_from_slice(bytemuck::cast_slice(&cluster.vertices));
+            let offset = (blobs_begin + blobs.len()) as u32;
+            let header = cluster.write(&mut blobs, &mut counts)?;
+            headers.push(ClusterHeader {
+                offset,
+                first_triangle: triangles,
+                first_strip: strips as u16,
+                ..header
+            });
+            triangles += u32::from(header.triangle_count);
+            strips += cluster.strips.len();
         }
-        debug_assert_eq!(bytes.len(), bytes_expected);
+        let nodes_offset = (blobs_begin + blobs.len()).next_multiple_of(size_of::<WideNode>());
+        let header = PageHeader {
+            last_node: (nodes.len() - 1) as u16,
+            cluster_count: headers.len() as u16,
+            triangle_count: triangles,
+            first_triangle,
+            grid_origin: grid.origin.to_array(),
+            grid_exponent: grid.exponent,
+            max_windows,
+            strip_count: self.strip_count as u32,
+            strip_bytes: strip_records.len() as u32,
+            nodes_offset: nodes_offset as u32,
+            reserved: [0; 5],
+        };
+        let stored: Vec<WideNode> = nodes.iter().map(|node| node.on_grid(grid)).collect();
+        let mut bytes = bytemuck::bytes_of(&header).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&headers));
+        bytes.append(&mut blobs);
+        bytes.resize(nodes_offset, 0);
+        bytes.extend_from_slice(bytemuck::cast_slice(&stored));
+        bytes.extend_from_slice(&strip_records);
+        let reach = headers.iter().map(|h| h.offset as usize + VERTEX_REACH).max().unwrap_or(0);
+        bytes.resize(bytes.len().max(reach), 0);
+        counts.nodes = size_of_val(&stored[..]) as u64;
+        counts.page_overhead = bytes.len() as u64
+            - counts.nodes
+            - counts.vertices
+            - counts.materials
+            - counts.indices
+            - counts.strip_trees;
         Ok(BuiltPage {
             bytes,
-            triangle_count,
-            node_count: self.nodes.len() as u32,
-            strip_count: self.clusters.iter().map(|c| c.strip_count).sum(),
+            triangle_count: triangles,
+            node_count: stored.len() as u32,
+            strip_count: self.strip_count as u64,
             cluster_count: self.clusters.len() as u64,
             counts,
         })
     }
 }
 
-impl ClusterBuilder {
-    fn pad(&mut self) {
-        self.strips.resize(self.strips.len().next_multiple_of(4), 0);
-    }
-
-    fn blob_bytes(&self) -> usize {
-        self.runs.len() * size_of::<GeometryRun>()
-            + self.strips.len().next_multiple_of(4)
-            + self.vertices.len() * size_of::<Vec3>()
-    }
-
-    fn byte_count(&self) -> usize {
-        size_of::<ClusterHeader>() + self.blob_bytes()
-    }
-
-    fn header(&self, offset: usize, first_triangle: u32) -> Result<ClusterHeader, PackError> {
-        assert!(!self.runs.is_empty(), "a cluster without strips");
-        let too_many =
-            |_| PackError::TooLarge("more than 256 geometries or 65,535 triangles in a cluster".into());
-        Ok(ClusterHeader {
-            offset: offset as u32,
-            first_triangle,
-            triangle_count: u16::try_from(self.triangle_count).map_err(too_many)?,
-            strip_bytes: self.strips.len() as u16,
-            last_vertex: (self.vertices.len() - 1) as u8,
-            last_run: u8::try_from(self.runs.len() - 1).map_err(too_many)?,
+impl Node {
+    fn on_grid(&self, page: PageGrid) -> WideNode {
+        let all = self.bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
+        let grid = Subgrid::covering(page, &all);
+        let (mut lo, mut hi) = ([[255; WIDTH]; 3], [[0; WIDTH]; 3]);
+        for (i, b) in self.bounds.iter().enumerate() {
+            for axis in 0..3 {
+                lo[axis][i] = grid.round_down(axis, b.min[axis]);
+                hi[axis][i] = grid.round_up(axis, b.max[axis]);
+            }
+        }
+        let count = self.bounds.len() as u8;
+        let (first, cluster, count) = match self.children {
+            Children::Nodes(first) => (first, 0, count),
+            Children::Strips { cluster, first } => (first, cluster, count | WideNode::STRIPS),
+        };
+        WideNode {
+            origin: grid.origin,
             reserved: 0,
+            exponent: grid.exponent,
+            reserved_too: 0,
+            first,
+            cluster,
+            count,
+            lo,
+            hi,
+        }
+    }
+}
+
+impl Cluster<'_> {
+    /// Appends vertices and runs to `out`, and gives the header but for where all that is.
+    fn write(&self, out: &mut Vec<u8>, counts: &mut ByteCounts) -> Result<ClusterHeader, PackError> {
+        let runs = self.runs();
+        let code = VertexCode::of(self.vertices);
+        let begin = out.len();
+        code.encode(self.vertices, out);
+        out.resize(begin + code.byte_count(), 0);
+        out.extend_from_slice(bytemuck::cast_slice(&runs));
+        counts.vertices += code.byte_count() as u64;
+        counts.materials += size_of_val(&runs[..]) as u64;
+        let too_large = |_| PackError::TooLarge("more triangles in a cluster than 16 bits can tell".into());
+        Ok(ClusterHeader {
+            offset: 0,
+            first_triangle: 0,
+            triangle_count: u16::try_from(runs[runs.len() - 1].end).map_err(too_large)?,
+            first_strip: 0,
+            strip_count: self.strips.len() as u16,
+            run_count: runs.len() as u16,
+            code,
         })
     }
 
-    fn count(&self, counts: &mut ByteCounts) {
-        let trees = self.split_count * SPLIT_BYTES as u64;
-        counts.vertices += (self.vertices.len() * size_of::<Vec3>()) as u64;
-        counts.strip_trees += trees;
-        counts.indices += self.strips.len() as u64 - trees;
-        counts.materials += (self.runs.len() * size_of::<GeometryRun>()) as u64;
-        counts.page_overhead += size_of::<ClusterHeader>() as u64;
+    fn runs(&self) -> Vec<GeometryRun> {
+        let mut runs: Vec<GeometryRun> = Vec::new();
+        let mut end = 0;
+        for strip in &self.strips {
+            end += strip.refs.len() as u32 - 2;
+            match runs.last_mut() {
+                Some(run) if run.geometry == strip.geometry => run.end = end,
+                _ => runs.push(GeometryRun { geometry: strip.geometry, end }),
+            }
+        }
+        runs
+    }
+}
+
+/// The strips as stored, and the most windows of one.
+fn strip_records<'a>(
+    strips: impl Iterator<Item = &'a StripParts<'a>> + Clone,
+    count: usize,
+    grid: PageGrid,
+    counts: &mut ByteCounts,
+) -> (Vec<u8>, u8) {
+    let max_windows = strips.clone().map(|s| s.turns.len()).max().unwrap_or(0);
+    let mut records = Vec::new();
+    if max_windows == 1 {
+        strips.for_each(|strip| push_window(&mut records, strip.turns[0], strip.refs));
+    } else {
+        records.resize(PLACE_BYTES * count, 0);
+        for (i, strip) in strips.enumerate() {
+            let place = records.len() as u32;
+            records[PLACE_BYTES * i..][..PLACE_BYTES].copy_from_slice(&place.to_le_bytes());
+            let tree: Vec<SplitNode> = strip.splits.iter().map(|s| split_on_grid(s, grid)).collect();
+            push_long(&mut records, &tree, strip.turns, strip.refs);
+            counts.strip_trees += (tree.len() * SPLIT_BYTES) as u64;
+        }
+    }
+    counts.indices += records.len() as u64 - counts.strip_trees;
+    (records, max_windows as u8)
+}
+
+fn split_on_grid(split: &PlaneSplit, grid: PageGrid) -> SplitNode {
+    let axis = usize::from(split.axis);
+    SplitNode {
+        axis: split.axis,
+        reversed: split.reversed,
+        lower_max: grid.round_up(axis, split.lower_max).div_ceil(SPLIT_PLANE_STEP),
+        upper_min: grid.round_down(axis, split.upper_min) / SPLIT_PLANE_STEP,
     }
 }

@@ -1,10 +1,12 @@
 //! Distrusts the bytes of a page once, when they arrive: after this no kernel needs a check.
 
-use super::{ClusterView, PageView};
+use super::{ClusterView, PageView, blob_bytes};
 use crate::PackError;
 use crate::layout::*;
 use crate::nodes::{Child, check_nodes};
-use crate::strip_record::{SPLIT_BYTES, StripView};
+use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, StripView, WINDOW_RECORD_BYTES, WindowHead};
+use crate::vertices::VERTEX_REACH;
+use raystrips_geom::strip::WINDOW_TRIANGLES;
 
 /// Checks the checksum of a page, then every offset, reference and number in it. `depth_limit` bounds the
 /// levels of nodes. Gives the view of the good page.
@@ -20,76 +22,79 @@ pub fn check_page<'a>(
         return Err(wrong("its checksum does not match".into()));
     }
     let view = PageView::new(bytes).map_err(|what| wrong(what.into()))?;
-    check_contents(&view, bytes, entry, geometry_count, depth_limit).map_err(wrong)?;
+    check_contents(&view, entry, geometry_count, depth_limit).map_err(wrong)?;
     Ok(view)
 }
 
 fn check_contents(
     view: &PageView,
-    bytes: &[u8],
     entry: &PageEntry,
     geometry_count: usize,
     depth_limit: usize,
 ) -> Result<(), String> {
-    let header: PageHeader = bytemuck::pod_read_unaligned(&bytes[..size_of::<PageHeader>()]);
+    let header = view.header;
     if header.triangle_count != entry.triangle_count
         || header.first_triangle != entry.first_triangle
-        || u32::from(header.node_count) != entry.node_count
+        || u32::from(header.last_node) + 1 != entry.node_count
     {
         return Err("it is not the page that the directory describes".into());
     }
-    if view.nodes.len() > MAX_PAGE_NODES || view.clusters.len() > MAX_PAGE_CLUSTERS {
-        return Err("more nodes or clusters than can be named".into());
+    if view.clusters.len() > MAX_PAGE_CLUSTERS || view.strip_count() > MAX_PAGE_STRIPS {
+        return Err("more clusters or strips than can be named".into());
     }
-    let mut end = size_of::<PageHeader>() + size_of_val(view.nodes) + size_of_val(view.clusters);
-    let mut starts = Vec::with_capacity(view.cluster_count());
-    let mut triangles = 0u32;
+    if !grid_is_sane(header) {
+        return Err("bad grid".into());
+    }
+    if header.reserved != [0; 5] || header.max_windows == 0 {
+        return Err("bad header".into());
+    }
+    check_strip_places(view)?;
+    let last_triangle = header.first_triangle.checked_add(u64::from(header.triangle_count));
+    last_triangle.ok_or("triangle number beyond 64 bits")?;
+    let mut end = size_of_val(header) + size_of_val(view.clusters);
+    let (mut triangles, mut strips) = (0, 0);
     for i in 0..view.cluster_count() {
         let place = |what: &str| format!("cluster {i}: {what}");
-        let header = view.clusters[i];
+        let header = &view.clusters[i];
         let cluster = view.try_cluster(i).map_err(place)?;
-        if header.first_triangle != triangles {
-            return Err(place("wrong number of its first triangle"));
+        if header.first_triangle != triangles || usize::from(header.first_strip) != strips {
+            return Err(place("wrong number of its first triangle or strip"));
         }
-        if header.offset as usize != end || header.reserved != 0 {
+        if header.offset as usize != end {
             return Err(place("bad header"));
         }
-        end += cluster.byte_count();
-        starts.push(check_cluster(&cluster, header.triangle_count, geometry_count).map_err(|e| place(&e))?);
+        end += blob_bytes(header);
         triangles += u32::from(header.triangle_count);
+        strips += usize::from(header.strip_count);
+        if strips > view.strip_count() {
+            return Err(place("strips that the page does not have"));
+        }
+        check_cluster(&cluster, geometry_count).map_err(|e| place(&e))?;
     }
-    if triangles != header.triangle_count {
-        return Err("clusters and page differ in the number of triangles".into());
+    if triangles != header.triangle_count || strips != view.strip_count() {
+        return Err("clusters and page differ in the number of triangles or strips".into());
     }
-    if end != bytes.len() {
+    let nodes_offset = end.next_multiple_of(size_of::<WideNode>());
+    end = nodes_offset + size_of_val(view.nodes) + view.strips.len();
+    let reach = view.clusters.iter().map(|c| c.offset as usize + VERTEX_REACH).fold(end, usize::max);
+    if header.nodes_offset as usize != nodes_offset || reach != view.bytes.len() {
         return Err("bytes left over".into());
     }
-    check_trees(view.nodes, &starts, depth_limit)
+    check_trees(view, depth_limit)
 }
 
-/// Checks one cluster and gives where its strips begin.
-fn check_cluster(
-    cluster: &ClusterView,
-    triangle_count: u16,
-    geometry_count: usize,
-) -> Result<Vec<usize>, String> {
-    if cluster.strip_bytes().len() > MAX_STRIP_BYTES {
-        return Err("more bytes of strips than 15 bits can name".into());
-    }
-    if !cluster.vertices().iter().all(|v| v.is_finite()) {
+fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), String> {
+    cluster.vertex_code().check()?;
+    if !(0..=cluster.header.code.last).all(|i| cluster.vertex(i).is_finite()) {
         return Err("a vertex is not finite".into());
     }
-    let mut starts = Vec::new();
-    let (mut triangles, mut end) = (0, 0);
-    while triangles < usize::from(triangle_count) {
-        let strip =
-            StripView::at(cluster.strip_bytes(), end).ok_or_else(|| format!("strip at {end} cut off"))?;
-        check_strip(&strip, cluster.vertices().len()).map_err(|e| format!("strip at {end}: {e}"))?;
-        starts.push(end);
+    let triangle_count = cluster.header.triangle_count;
+    let mut triangles = 0;
+    for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
+        check_strip(&strip, cluster.header.code.last).map_err(|what| format!("strip {number}: {what}"))?;
         triangles += strip.triangle_count();
-        end += strip.record_bytes();
     }
-    if triangles != usize::from(triangle_count) || end.next_multiple_of(4) != cluster.strip_bytes().len() {
+    if triangles != usize::from(triangle_count) || triangle_count == 0 {
         return Err("strips do not add up".into());
     }
     let mut last_end = 0;
@@ -102,37 +107,85 @@ fn check_cluster(
     if last_end != u32::from(triangle_count) {
         return Err("geometry runs do not add up".into());
     }
-    Ok(starts)
+    Ok(())
 }
 
-fn check_strip(strip: &StripView, vertex_count: usize) -> Result<(), &'static str> {
-    if !strip.refs().iter().all(|&r| usize::from(r) < vertex_count) {
+/// Checks that the strips of a page follow each other and fill its bytes.
+fn check_strip_places(view: &PageView) -> Result<(), String> {
+    let is_long = view.header.max_windows > 1;
+    let mut end = if is_long { PLACE_BYTES * view.strip_count() } else { 0 };
+    for i in 0..view.strip_count() {
+        if is_long && view.long_place(i) != Some(end) {
+            return Err(format!("strip {i} is not where the one before ends"));
+        }
+        let strip = view.try_strip(i).ok_or_else(|| format!("strip {i} cut off"))?;
+        if strip.window_count() > usize::from(view.header.max_windows) {
+            return Err(format!("strip {i} is longer than its page says"));
+        }
+        end += if is_long { strip.long_record_bytes() } else { WINDOW_RECORD_BYTES };
+    }
+    if end == view.strips.len() { Ok(()) } else { Err("strips do not add up".into()) }
+}
+
+fn check_strip(strip: &StripView, last_vertex: u8) -> Result<(), &'static str> {
+    let (last, full) = strip.heads().split_last().ok_or("no windows")?;
+    let is_full = |&head: &u8| WindowHead(head).count() == WINDOW_TRIANGLES;
+    if !full.iter().all(is_full) || WindowHead(*last).count() > WINDOW_TRIANGLES {
+        return Err("bad number of triangles");
+    }
+    if strip.triangle_count() > MAX_STRIP_TRIANGLES {
+        return Err("too many triangles");
+    }
+    if !strip.all_refs().iter().all(|&r| r <= last_vertex) {
         return Err("refers to a vertex that does not exist");
     }
-    if !strip.turns().iter().all(|&bits| bits & 1 == 0 && bits < 1 << 6) {
-        return Err("bad turn bits");
-    }
-    if !strip.tree().chunks_exact(SPLIT_BYTES).all(|b| b[0] & 3 < 3 && b[0] < 1 << 3) {
+    let splits = strip.tree_bytes() / SPLIT_BYTES;
+    if !(0..splits).all(|i| strip.split_bits(i) >> 31 == 0 && strip.split(i).axis < 3) {
         return Err("bad split");
     }
     Ok(())
 }
 
+/// True where the page's planes are finite.
+fn grid_is_sane(header: &PageHeader) -> bool {
+    let grid = header.grid();
+    grid.exponent.iter().all(|&e| e > -127)
+        && (0..3).all(|axis| grid.origin[axis].is_finite() && is_f32(grid.plane(axis, u16::MAX)))
+}
+
+fn is_f32(x: f64) -> bool {
+    (x as f32).is_finite()
+}
+
 /// Checks that nodes form trees of bounded depth whose leaves are strips.
-fn check_trees(nodes: &[WideNode], starts: &[Vec<usize>], depth_limit: usize) -> Result<(), String> {
-    let child = |cluster: u8, c: u16| {
-        if c == WideNode::EMPTY {
-            return Child::None;
-        }
-        if c & WideNode::LEAF == 0 {
-            return Child::Node(usize::from(c));
-        }
-        match starts.get(usize::from(cluster)) {
-            None => Child::Broken("no such cluster"),
-            Some(starts) if starts.binary_search(&usize::from(c & !WideNode::LEAF)).is_ok() => Child::Leaf,
-            Some(_) => Child::Broken("no strip begins where it points"),
+fn check_trees(view: &PageView, depth_limit: usize) -> Result<(), String> {
+    let page = view.grid();
+    let check_node = |node: &WideNode| {
+        let grid = node.grid(page);
+        let planes_are_finite =
+            grid.exponent.iter().all(|&e| e > -127) && (0..3).all(|axis| is_f32(grid.plane(axis, 255)));
+        match node.child_count() {
+            _ if !planes_are_finite || node.reserved != 0 || node.reserved_too != 0 => Err("bad grid"),
+            1..=WIDTH => Ok(()),
+            _ => Err("bad number of children"),
         }
     };
-    let children = |node: &WideNode| node.child.map(|c| child(node.boxes.cluster, c));
-    check_nodes(nodes, depth_limit, |node| &node.boxes, children).map(|_| ())
+    let child = |node: &WideNode, slot: usize| {
+        let number = usize::from(node.first) + slot;
+        let cluster = view.clusters.get(usize::from(node.cluster));
+        let strips = cluster
+            .map(|c| usize::from(c.first_strip)..usize::from(c.first_strip) + usize::from(c.strip_count));
+        match strips {
+            _ if slot >= node.child_count() => Child::None,
+            _ if !node.holds_strips() && node.cluster != 0 => {
+                Child::Broken("names a cluster it has no use for")
+            }
+            _ if !node.holds_strips() => Child::Node(number),
+            None => Child::Broken("no such cluster"),
+            Some(strips) if strips.contains(&number) => Child::Leaf,
+            Some(_) => Child::Broken("a strip that is not of its cluster"),
+        }
+    };
+    let children = |node: &WideNode| std::array::from_fn(|slot| child(node, slot));
+    check_nodes(view.nodes, depth_limit, check_node, children).map(|_| ())
 }

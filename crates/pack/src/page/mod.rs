@@ -6,53 +6,74 @@ pub mod builder;
 pub mod check;
 
 use crate::layout::{ClusterHeader, GeometryRun, PageHeader, WideNode};
-use crate::strip_record::StripView;
+use crate::strip_record::{PLACE_BYTES, StripView, WINDOW_RECORD_BYTES};
+use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
+use raystrips_geom::PageGrid;
+use std::ops::Range;
+
+/// Alignment of pages in memory, so that a node is one cache line.
+pub const PAGE_ALIGNMENT: usize = align_of::<WideNode>();
 
 /// The parts of a page, in place. Bytes must have passed [`crate::check_page`]: accessors of parts that such
 /// bytes always have do not return errors.
 #[derive(Clone, Copy)]
 pub struct PageView<'a> {
     bytes: &'a [u8],
+    header: &'a PageHeader,
     nodes: &'a [WideNode],
     clusters: &'a [ClusterHeader],
-    first_triangle: u64,
+    strips: &'a [u8],
 }
 
 /// A cluster, in place.
 #[derive(Clone, Copy)]
 pub struct ClusterView<'a> {
-    runs: &'a [GeometryRun],
-    strips: &'a [u8],
-    points: &'a [f32],
-    first_triangle: u64,
+    page: PageView<'a>,
+    header: &'a ClusterHeader,
 }
 
 impl<'a> PageView<'a> {
-    /// Splits a page into its parts; says what is missing where it is too short or not aligned to 4 bytes.
+    /// Splits a page into its parts; says what is missing where it is too short or not aligned to
+    /// [`PAGE_ALIGNMENT`].
     #[inline]
     pub fn new(bytes: &'a [u8]) -> Result<PageView<'a>, &'static str> {
-        let (head, rest) =
-            bytes.split_at_checked(size_of::<PageHeader>()).ok_or("shorter than its header")?;
-        let header: PageHeader = bytemuck::pod_read_unaligned(head);
-        let (nodes, rest) = rest
-            .split_at_checked(usize::from(header.node_count) * size_of::<WideNode>())
-            .ok_or("shorter than its nodes")?;
-        let clusters = rest
+        let not_aligned = |_| "not aligned in memory";
+        let head = bytes.get(..size_of::<PageHeader>()).ok_or("shorter than its header")?;
+        let header: &PageHeader = bytemuck::try_from_bytes(head).map_err(not_aligned)?;
+        let clusters = bytes[size_of::<PageHeader>()..]
             .get(..usize::from(header.cluster_count) * size_of::<ClusterHeader>())
             .ok_or("shorter than its cluster table")?;
+        let (nodes, rest) = bytes
+            .get(header.nodes_offset as usize..)
+            .and_then(|rest| {
+                rest.split_at_checked((usize::from(header.last_node) + 1) * size_of::<WideNode>())
+            })
+            .ok_or("shorter than its nodes")?;
         Ok(PageView {
             bytes,
-            nodes: bytemuck::try_cast_slice(nodes).map_err(|_| "not aligned in memory")?,
-            clusters: bytemuck::try_cast_slice(clusters).map_err(|_| "not aligned in memory")?,
-            first_triangle: header.first_triangle,
+            header,
+            nodes: bytemuck::try_cast_slice(nodes).map_err(not_aligned)?,
+            clusters: bytemuck::try_cast_slice(clusters).map_err(not_aligned)?,
+            strips: rest.get(..header.strip_bytes as usize).ok_or("shorter than its strips")?,
         })
     }
 
+    /// The beginning of the page.
+    #[inline(always)]
+    pub fn header(&self) -> &'a PageHeader {
+        self.header
+    }
+
     /// Nodes; children come after their parents.
-    #[inline]
+    #[inline(always)]
     pub fn nodes(&self) -> &'a [WideNode] {
         self.nodes
+    }
+
+    /// The grid on which nodes have their origins.
+    pub fn grid(&self) -> PageGrid {
+        self.header.grid()
     }
 
     /// Number of clusters.
@@ -60,101 +81,136 @@ impl<'a> PageView<'a> {
         self.clusters.len()
     }
 
-    /// Cluster `i`, or what is wrong with it.
-    #[inline]
-    pub fn try_cluster(&self, i: usize) -> Result<ClusterView<'a>, &'static str> {
-        let header = self.clusters.get(i).ok_or("no such cluster")?;
-        let runs_bytes = (usize::from(header.last_run) + 1) * size_of::<GeometryRun>();
-        let vertices_bytes = (usize::from(header.last_vertex) + 1) * size_of::<Vec3>();
-        let blob = self.bytes.get(header.offset as usize..).ok_or("cluster beyond the end of the page")?;
-        let vertices_begin = runs_bytes + usize::from(header.strip_bytes);
-        let points = blob.get(vertices_begin - size_of::<f32>()..vertices_begin + vertices_bytes);
-        let (runs, strips) = blob.split_at_checked(runs_bytes).ok_or("geometry runs cut off")?;
-        let strips = strips.get(..usize::from(header.strip_bytes)).ok_or("strips cut off")?;
-        let first_triangle = self.first_triangle.checked_add(u64::from(header.first_triangle));
-        Ok(ClusterView {
-            runs: bytemuck::try_cast_slice(runs).map_err(|_| "geometry runs not aligned")?,
-            strips,
-            points: bytemuck::try_cast_slice(points.ok_or("vertices cut off")?)
-                .map_err(|_| "vertices not aligned")?,
-            first_triangle: first_triangle.ok_or("triangle number beyond 64 bits")?,
-        })
-    }
-
     /// Cluster `i` of a checked page.
     ///
     /// # Panics
-    /// If the page was not checked or has no such cluster.
-    #[inline]
+    /// If there is no such cluster.
+    #[inline(always)]
     pub fn cluster(&self, i: usize) -> ClusterView<'a> {
-        self.try_cluster(i).expect("a checked page has this cluster")
+        ClusterView { page: *self, header: &self.clusters[i] }
     }
-}
 
-impl<'a> ClusterView<'a> {
-    /// The strip at `offset`.
+    /// Number of strips.
+    pub fn strip_count(&self) -> usize {
+        self.header.strip_count as usize
+    }
+
+    /// Strip number `i` of a checked page.
     ///
     /// # Panics
-    /// If the page was not checked or no strip begins there.
-    #[inline]
-    pub fn strip(&self, offset: usize) -> StripView<'a> {
-        StripView::at(self.strips, offset).expect("a checked cluster has this strip")
+    /// If the page was not checked or there is no such strip.
+    #[inline(always)]
+    pub fn strip(&self, i: usize) -> StripView<'a> {
+        self.try_strip(i).expect("a checked page has this strip")
     }
 
-    /// Every strip with the place where it begins.
-    pub fn strips(&self) -> impl Iterator<Item = (usize, StripView<'a>)> + use<'a> {
-        let strips = self.strips;
-        let mut offset = 0;
-        std::iter::from_fn(move || {
-            let strip = StripView::at(strips, offset)?;
-            let begin = offset;
-            offset += strip.record_bytes();
-            Some((begin, strip))
-        })
+    #[inline(always)]
+    fn try_strip(&self, i: usize) -> Option<StripView<'a>> {
+        if self.header.max_windows == 1 {
+            StripView::single(self.strips.get(i * WINDOW_RECORD_BYTES..)?)
+        } else {
+            StripView::long(self.strips.get(self.long_place(i)?..)?)
+        }
     }
 
-    /// Bytes of the strips, with padding.
+    /// Where the record of strip `i` begins in a page with strips of several windows.
+    fn long_place(&self, i: usize) -> Option<usize> {
+        let place = self.strips.get(PLACE_BYTES * i..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*place) as usize)
+    }
+
+    /// Records of strips as stored: a kernel may ask for them ahead of time.
+    #[inline(always)]
     pub fn strip_bytes(&self) -> &'a [u8] {
         self.strips
     }
 
-    /// Vertices that strips refer to.
-    #[inline]
-    pub fn vertices(&self) -> &'a [Vec3] {
-        bytemuck::cast_slice(&self.points[1..])
+    /// The record of strip number `i` where all strips have one window; `None` where they have more, or where there
+    /// is no such strip.
+    #[inline(always)]
+    pub fn window_record(&self, i: usize) -> Option<&'a [u8; WINDOW_RECORD_BYTES]> {
+        let begin = i * WINDOW_RECORD_BYTES;
+        let record = self.strips.get(begin..begin + WINDOW_RECORD_BYTES)?;
+        if self.header.max_windows == 1 { record.first_chunk() } else { None }
     }
 
-    /// The coordinates of the vertices, after one word that means nothing: a kernel may read each vertex with
-    /// the word before it, four words at once.
-    #[inline]
-    pub fn points(&self) -> &'a [f32] {
-        self.points
+    /// Cluster `i`, or what is wrong with its extent.
+    fn try_cluster(&self, i: usize) -> Result<ClusterView<'a>, &'static str> {
+        let header = self.clusters.get(i).ok_or("no such cluster")?;
+        let begin = header.offset as usize;
+        let blob = self.bytes.get(begin..).ok_or("cut off")?;
+        match begin.is_multiple_of(4) && blob.len() >= blob_bytes(header).max(VERTEX_REACH) {
+            true => Ok(self.cluster(i)),
+            false => Err("cut off"),
+        }
+    }
+}
+
+/// Bytes of vertices and runs.
+fn blob_bytes(header: &ClusterHeader) -> usize {
+    header.code.byte_count() + usize::from(header.run_count) * size_of::<GeometryRun>()
+}
+
+impl<'a> ClusterView<'a> {
+    /// Numbers of its strips.
+    pub fn strip_numbers(&self) -> Range<usize> {
+        let first = usize::from(self.header.first_strip);
+        first..first + usize::from(self.header.strip_count)
     }
 
-    /// Bytes of runs, strips and vertices in the page.
-    pub(crate) fn byte_count(&self) -> usize {
-        size_of_val(self.runs) + self.strips.len() + size_of_val(self.vertices())
+    /// Its strips, by number.
+    pub fn strips(&self) -> impl Iterator<Item = StripView<'a>> + use<'a> {
+        let page = self.page;
+        self.strip_numbers().map(move |i| page.strip(i))
+    }
+
+    /// Vertex `i`.
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn vertex(&self, i: u8) -> Vec3 {
+        assert!(i <= self.header.code.last, "no vertex {i}");
+        self.header.code.decode(self.vertex_bytes(), usize::from(i))
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        usize::from(self.header.code.last) + 1
+    }
+
+    /// How vertices are stored.
+    #[inline(always)]
+    pub fn vertex_code(&self) -> &'a VertexCode {
+        &self.header.code
+    }
+
+    /// Vertices as stored, and what follows them in the page, [`VERTEX_REACH`] bytes at least.
+    #[inline(always)]
+    pub fn vertex_bytes(&self) -> &'a [u8] {
+        &self.page.bytes[self.header.offset as usize..]
     }
 
     /// Geometry runs.
     pub fn runs(&self) -> &'a [GeometryRun] {
-        self.runs
+        let begin = self.header.offset as usize + self.header.code.byte_count();
+        let bytes = usize::from(self.header.run_count) * size_of::<GeometryRun>();
+        bytemuck::cast_slice(&self.page.bytes[begin..begin + bytes])
     }
 
     /// Number of the cluster's first triangle in the pack.
     pub fn first_triangle(&self) -> u64 {
-        self.first_triangle
+        self.page.header.first_triangle + u64::from(self.header.first_triangle)
     }
 
-    /// Place in the cluster of triangle `i` of the strip at `offset`.
-    pub fn triangle_index(&self, offset: usize, i: usize) -> usize {
-        self.strips().take_while(|(begin, _)| *begin < offset).map(|(_, s)| s.triangle_count()).sum::<usize>()
-            + i
+    /// Place in the cluster of triangle `i` of strip number `strip` of the page.
+    pub fn triangle_index(&self, strip: usize, i: usize) -> usize {
+        let before = self.strip_numbers().start..strip;
+        before.map(|s| self.page.strip(s).triangle_count()).sum::<usize>() + i
     }
 
     /// Geometry of the cluster's triangle `index`.
     pub fn geometry(&self, index: usize) -> u32 {
-        let run = self.runs.iter().find(|run| index < run.end as usize);
+        let run = self.runs().iter().find(|run| index < run.end as usize);
         run.expect("the last run of a checked cluster ends at its last triangle").geometry
     }
 }

@@ -9,9 +9,18 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 /// The sample with record `i` of a part changed and all checksums right.
 pub fn with<T: Pod>(part: &str, i: usize, change: impl FnOnce(&mut T)) -> Vec<u8> {
-    let mut file = sample();
+    with_at(part, i * size_of::<T>(), change)
+}
+
+/// The sample with the record at byte `at` of a part changed and all checksums right.
+pub fn with_at<T: Pod>(part: &str, at: usize, change: impl FnOnce(&mut T)) -> Vec<u8> {
+    changed(sample(), part, at, change)
+}
+
+/// `file` with the record at byte `at` of a part changed and all checksums right.
+pub fn changed<T: Pod>(mut file: Vec<u8>, part: &str, at: usize, change: impl FnOnce(&mut T)) -> Vec<u8> {
     let (_, range) = parts(&file).into_iter().find(|(name, _)| name == part).expect("there is such a part");
-    let place = range.start + i * size_of::<T>()..range.start + (i + 1) * size_of::<T>();
+    let place = range.start + at..range.start + at + size_of::<T>();
     let mut record: T = bytemuck::pod_read_unaligned(&file[place.clone()]);
     change(&mut record);
     file[place].copy_from_slice(bytemuck::bytes_of(&record));
@@ -34,7 +43,6 @@ fn directory_claims_are_checked() {
     refused(&entry(|e| e.offset = u64::MAX - 4095), wrong);
     refused(&entry(|e| e.bytes = u32::MAX), wrong);
     refused(&entry(|e| e.first_triangle += 1), wrong);
-    // A node whose number has the bit of a strip set.
     refused(&entry(|e| e.node_count = MAX_PAGE_NODES as u32 + 1), wrong);
     refused(&entry(|e| e.triangle_count += 1), "directory and manifest differ");
     refused(&entry(|e| e.node_count += 1), "not the page that the directory describes");
@@ -59,13 +67,15 @@ fn section_claims_are_checked() {
 fn claims_above_the_pages_are_checked() {
     let top_byte = |i, value: u8| with("section 2", i, move |b: &mut u8| *b = value);
     let top_child = |slot: usize, value: u32| with("section 2", 16 + slot, move |c: &mut u32| *c = value);
-    refused(&top_byte(15, 1), "a node has a cluster");
+    refused(&top_byte(15, 1), "node 0: bad grid");
     refused(&top_byte(12, 0x81), "node 0: bad grid");
     refused(&top_child(0, TopNode::EMPTY), "node 0: no children");
-    refused(&top_child(3, 1), "node 0: a child after an empty place");
-    refused(&top_child(2, 1), "node 0: bad child");
-    refused(&top_child(0, 0), "node 0: bad child");
-    refused(&top_child(0, 2), "node 0: bad child");
+    refused(&top_child(3, TopNode::NODE | 1), "node 0: a child after an empty place");
+    refused(&top_child(2, TopNode::NODE | 1), "node 0: bad child");
+    refused(&top_child(0, TopNode::NODE), "node 0: bad child");
+    refused(&top_child(0, TopNode::NODE | 2), "node 0: bad child");
+    refused(&top_child(0, TopNode::KIND), "leads to no page");
+    refused(&top_child(0, 1), "leads to no page");
     refused(&top_child(0, TopNode::ENTRY), "not one tree");
     refused(&top_child(1, TopNode::ENTRY | 2), "leads to no page");
     refused(&with("section 4", 0, |x: &mut f32| *x = f32::NAN), "corner of an emitter is not finite");
@@ -79,6 +89,7 @@ fn manifest_claims_are_checked() {
     refused(&altered(|m| m.bounds_min[1] = f32::NAN), "bad bounds");
     refused(&altered(|m| m.bounds_max[2] = -1e9), "bad bounds");
     refused(&altered(|m| m.scene_offset[0] = f64::INFINITY), "bad scene offset");
+    refused(&altered(|m| m.position_error = f64::NAN), "bad scene offset");
     refused(&altered(|m| m.depth = 129), "too deep");
     refused(&altered(|m| m.depth = 1), "too deep");
     refused(&altered(|m| m.clusters = 1 << 60), "more clusters than strips");
@@ -102,7 +113,7 @@ fn long_names_are_refused_by_their_length() {
 fn many_geometries_are_read() {
     for count in [0, 1000, 5000, 100_000] {
         let file = sample_with(|m| m.scene.geometries.resize(2 + count, Default::default()));
-        assert_eq!(open_all(&file).unwrap().0.manifest.scene.geometries.len(), 2 + count);
+        assert_eq!(open_all(&file).unwrap().pack.manifest.scene.geometries.len(), 2 + count);
     }
 }
 

@@ -1,119 +1,249 @@
 //! Lies in pages, with checksums that are right.
 
-use super::claims::{refused, with};
-use super::{sample, walk::open_all};
+use super::claims::{refused, with, with_at};
+use super::sample;
+use super::walk::{aligned, open_all};
 use raystrips_pack::layout::{
-    ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_NODES, PageHeader, WideNode,
+    ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
 };
-use raystrips_pack::{PackError, PageEntry, check_page};
+use raystrips_pack::{PackError, PageEntry, PageView, check_page};
 
-// Where things are in page 0 of the sample, which has three nodes and two clusters.
-const NODES: usize = size_of::<PageHeader>();
-const CLUSTERS: usize = NODES + 3 * size_of::<WideNode>();
-const RUNS: usize = CLUSTERS + 2 * size_of::<ClusterHeader>();
-const STRIPS: usize = RUNS + 2 * size_of::<GeometryRun>();
-/// The first strip has five windows: a count, four splits, then turns, then refs.
-const TURNS: usize = STRIPS + 1 + 4 * 3;
-const REFS: usize = TURNS + 5;
+// Where things are in page 0 of the sample, which has two clusters, three nodes and three strips.
+const CLUSTERS: usize = size_of::<PageHeader>();
+/// Of cluster 0: 35 vertices of two bytes.
+const VERTICES: usize = CLUSTERS + 2 * size_of::<ClusterHeader>();
+const RUNS: usize = VERTICES + 72;
+/// After cluster 1: 12 vertices of two bytes and a run.
+const NODES: usize = RUNS + 2 * size_of::<GeometryRun>() + 24 + size_of::<GeometryRun>();
+const PLACES: usize = NODES + 3 * size_of::<WideNode>();
+/// The first strip has five windows: a count, four splits, then heads, then refs.
+const STRIP: usize = PLACES + 3 * 4;
+const SPLITS: usize = STRIP + 1;
+const HEADS: usize = SPLITS + 4 * 4;
+const REFS: usize = HEADS + 5;
+
+// Where things are in page 1, which has one cluster of vertices of five bytes, one node and three strips of one window.
+const ONLY_VERTICES: usize = CLUSTERS + size_of::<ClusterHeader>();
+const ONLY_STRIPS: usize = 256 + size_of::<WideNode>();
 
 /// The sample with byte `at` of page 0 changed.
 fn byte(at: usize, value: u8) -> Vec<u8> {
-    with("page", at, move |b: &mut u8| *b = value)
+    with("page 0", at, move |b: &mut u8| *b = value)
 }
 
-/// The sample with a child of a node of page 0 changed.
-fn child(node: usize, slot: usize, value: u16) -> Vec<u8> {
-    let at = NODES + node * size_of::<WideNode>() + 64 + slot * 2;
-    with("page", at / 2, move |c: &mut u16| *c = value)
+/// The sample with byte `at` of page 1 changed.
+fn byte_of_1(at: usize, value: u8) -> Vec<u8> {
+    with("page 1", at, move |b: &mut u8| *b = value)
 }
 
 #[test]
-fn headers_are_checked() {
-    let page = |change: fn(&mut PageHeader)| with("page", 0, change);
-    refused(&page(|p| p.node_count -= 1), "not the page that the directory describes");
+fn parts_are_where_these_tests_think() {
+    let opened = open_all(&sample()).unwrap();
+    let pages = opened.pages();
+    let offset =
+        |page: &PageView, part: &[u8]| part.as_ptr().addr() - std::ptr::from_ref(page.header()).addr();
+    let places = [
+        offset(&pages[0], pages[0].cluster(0).vertex_bytes()),
+        offset(&pages[0], bytemuck::cast_slice(pages[0].cluster(0).runs())),
+        offset(&pages[0], bytemuck::cast_slice(pages[0].nodes())),
+        offset(&pages[0], pages[0].strip_bytes()),
+        offset(&pages[0], pages[0].strip(0).heads()),
+        offset(&pages[0], pages[0].strip(0).refs()),
+        offset(&pages[1], pages[1].cluster(0).vertex_bytes()),
+        offset(&pages[1], pages[1].strip_bytes()),
+    ];
+    assert_eq!(places, [VERTICES, RUNS, NODES, PLACES, HEADS, REFS, ONLY_VERTICES, ONLY_STRIPS]);
+}
+
+#[test]
+fn page_headers_are_checked() {
+    let page = |change: fn(&mut PageHeader)| with("page 0", 0, change);
+    refused(&page(|p| p.last_node -= 1), "not the page that the directory describes");
+    refused(&page(|p| p.last_node = u16::MAX), "shorter than its nodes");
+    refused(&page(|p| p.triangle_count += 1), "not the page that the directory describes");
     refused(&page(|p| p.first_triangle += 1), "not the page that the directory describes");
     refused(&page(|p| p.cluster_count -= 1), "cluster 0: bad header");
-    let cluster = |change: fn(&mut ClusterHeader)| with("page", CLUSTERS / 16, change);
-    refused(&cluster(|c| c.offset += 4), "cluster 0: bad header");
-    refused(&cluster(|c| c.reserved = 1), "cluster 0: bad header");
-    refused(&cluster(|c| c.first_triangle = 1), "cluster 0: wrong number");
-    refused(&cluster(|c| c.triangle_count -= 1), "cluster 0: strips do not add up");
-    refused(&cluster(|c| c.strip_bytes += 4), "cluster 0: ");
-    refused(&cluster(|c| c.strip_bytes = 65532), "cluster 0: strips cut off");
-    let last = |change: fn(&mut ClusterHeader)| with("page", CLUSTERS / 16 + 1, change);
-    refused(&last(|c| c.last_vertex -= 1), "refers to a vertex");
-    refused(&last(|c| c.last_vertex += 1), "cluster 1: vertices cut off");
-    refused(&with("section 1", 0, |e: &mut PageEntry| e.bytes += 4), "page 0: bytes left over");
+    refused(&page(|p| p.cluster_count = 257), "shorter than its cluster table");
+    refused(&page(|p| p.grid_origin[1] = f32::NAN), "bad grid");
+    refused(&page(|p| p.grid_exponent[2] = -127), "bad grid");
+    refused(&page(|p| p.grid_exponent[2] = 127), "bad grid");
+    refused(&page(|p| p.max_windows = 0), "bad header");
+    refused(&page(|p| p.max_windows = 1), "strips do not add up");
+    refused(&page(|p| p.max_windows = 4), "strip 0 is longer than its page says");
+    refused(&with("page 1", 0, |p: &mut PageHeader| p.max_windows = 2), "strip 0 is not where");
+    refused(&page(|p| p.strip_count -= 1), "strip 0 is not where");
+    refused(&page(|p| p.strip_count = u32::MAX), "more clusters or strips");
+    refused(&with("page 1", 0, |p: &mut PageHeader| p.strip_count += 1), "strip 3 cut off");
+    refused(&with("page 1", 0, |p: &mut PageHeader| p.strip_count -= 1), "strips do not add up");
+    refused(&page(|p| p.strip_bytes += 1), "strips do not add up");
+    refused(&page(|p| p.strip_bytes -= 1), "strip 2 cut off");
+    refused(&page(|p| p.strip_bytes = u32::MAX), "shorter than its strips");
+    refused(&page(|p| p.nodes_offset += 4), "not aligned in memory");
+    refused(&page(|p| p.nodes_offset += 64), "strip 0 is not where");
+    refused(&page(|p| p.nodes_offset = u32::MAX), "shorter than its nodes");
+    refused(&page(|p| p.reserved[4] = 1), "bad header");
+}
+
+/// Lengths that differ from what the parts of a page need.
+#[test]
+fn lengths_are_checked() {
+    let length = |change: fn(&mut u32)| with("section 1", 0, move |e: &mut PageEntry| change(&mut e.bytes));
+    refused(&length(|b| *b += 1), "page 0: bytes left over");
+    // All parts are there, but not all that may be loaded with the last vertex.
+    refused(&length(|b| *b -= 1), "cluster 1: cut off");
+    refused(&length(|b| *b = PLACES as u32), "shorter than its strips");
+    refused(&length(|b| *b = NODES as u32), "shorter than its nodes");
+    refused(&length(|b| *b = VERTICES as u32 - 1), "shorter than its cluster table");
+    refused(&length(|b| *b = 63), "shorter than its header");
+    refused(&length(|b| *b = 0), "shorter than its header");
+}
+
+/// Strips are where they would be if the nodes began a line later.
+#[test]
+fn nodes_begin_after_the_clusters() {
+    let mut file = sample();
+    let strips = &sample()[4096 + PLACES..][..100];
+    file[4096 + PLACES + 64..][..100].copy_from_slice(strips);
+    let moved = super::claims::changed(file, "page 0", 0, |p: &mut PageHeader| p.nodes_offset += 64);
+    refused(&moved, "page 0: bytes left over");
 }
 
 #[test]
-fn clusters_are_checked() {
+fn cluster_headers_are_checked() {
+    let first = |change: fn(&mut ClusterHeader)| with_at("page 0", CLUSTERS, change);
+    refused(&first(|c| c.offset += 4), "cluster 0: bad header");
+    refused(&first(|c| c.offset += 1), "cluster 0: cut off");
+    refused(&first(|c| c.offset = u32::MAX - 3), "cluster 0: cut off");
+    refused(&first(|c| c.first_triangle = 1), "cluster 0: wrong number");
+    refused(&first(|c| c.first_strip = 1), "cluster 0: wrong number");
+    refused(&first(|c| c.triangle_count -= 1), "cluster 0: strips do not add up");
+    refused(&first(|c| c.strip_count = 0), "cluster 0: strips do not add up");
+    refused(&first(|c| c.strip_count = u16::MAX), "cluster 0: strips that the page does not have");
+    refused(&first(|c| c.run_count = 0), "cluster 0: geometry runs do not add up");
+    refused(&first(|c| c.run_count += 1), "cluster 0: bad geometry run");
+    refused(&first(|c| c.run_count = u16::MAX), "cluster 0: cut off");
+    let last =
+        |change: fn(&mut ClusterHeader)| with_at("page 0", CLUSTERS + size_of::<ClusterHeader>(), change);
+    refused(&last(|c| c.first_strip -= 1), "cluster 1: wrong number");
+    refused(&last(|c| c.strip_count += 1), "cluster 1: strips that the page does not have");
+    refused(&last(|c| c.code.last -= 1), "refers to a vertex");
+    refused(&last(|c| c.code.last += 1), "cluster 1: bad geometry run");
+    refused(&last(|c| c.code.last = 255), "cluster 1: bad geometry run");
+}
+
+#[test]
+fn codes_of_vertices_are_checked() {
+    let bad = |change: fn(&mut ClusterHeader)| {
+        refused(&with_at("page 0", CLUSTERS, change), "cluster 0: bad code of vertices");
+        refused(&with_at("page 1", CLUSTERS, change), "cluster 0: bad code of vertices");
+    };
+    bad(|c| c.code.bits[2] = 31);
+    bad(|c| c.code.bits = [255; 3]);
+    bad(|c| c.code.stride += 1);
+    bad(|c| c.code.stride = 0);
+    bad(|c| c.code.exponent[0] = 97);
+    bad(|c| c.code.exponent[0] = -127);
+    bad(|c| c.code.exponent[0] = -128);
+    bad(|c| c.code.anchor[0] = i32::MAX);
+    let float = |change: fn(&mut ClusterHeader)| with_at("page 1", CLUSTERS, change);
+    refused(&float(|c| c.code.anchor[2] = 1), "bad code of vertices");
+    refused(&float(|c| c.code.exponent[2] = 0), "bad code of vertices");
+    let nan = with_at("page 1", ONLY_VERTICES, |vertex: &mut [u8; 5]| *vertex = [255; 5]);
+    refused(&nan, "a vertex is not finite");
+}
+
+#[test]
+fn runs_are_checked() {
     refused(&byte(RUNS, 2), "cluster 0: bad geometry run");
     refused(&byte(RUNS + 4, 0), "cluster 0: bad geometry run");
     refused(&byte(RUNS + 12, 40), "cluster 0: geometry runs do not add up");
-    refused(&byte(STRIPS, 0), "strip at 0 cut off");
-    refused(&byte(STRIPS + 1, 3), "strip at 0: bad split");
-    refused(&byte(STRIPS + 1, 8), "strip at 0: bad split");
-    refused(&byte(TURNS, 1), "strip at 0: bad turn bits");
-    refused(&byte(TURNS, 64), "strip at 0: bad turn bits");
-    refused(&byte(REFS, 35), "strip at 0: refers to a vertex");
-    let page = super::reseal::parts(&sample()).into_iter().find(|(name, _)| name == "page").unwrap().1;
-    refused(&with("page", page.len() / 4 - 1, |x: &mut f32| *x = f32::INFINITY), "a vertex is not finite");
+}
+
+#[test]
+fn strips_are_checked() {
+    refused(&byte(PLACES, 0), "strip 0 is not where");
+    refused(&byte(PLACES, 13), "strip 0 is not where");
+    refused(&byte(PLACES + 7, 0xFF), "strip 1 is not where");
+    refused(&byte(STRIP, 0), "strip 0 cut off");
+    refused(&byte(STRIP, 4), "strip 1 is not where");
+    refused(&byte(STRIP, 6), "strip 0 is longer");
+    refused(&byte(STRIP, 255), "strip 0 cut off");
+    refused(&byte(SPLITS, 3), "strip 0: bad split");
+    refused(&byte(SPLITS + 4 * 3 + 3, 0x80), "strip 0: bad split");
+    refused(&byte(HEADS, 0x00), "strip 0: bad number of triangles");
+    refused(&byte(HEADS, 0xC0), "strip 0: bad number of triangles");
+    refused(&byte(HEADS + 4, 0xE0), "strip 1 is not where");
+    refused(&byte(REFS, 35), "strip 0: refers to a vertex");
+}
+
+#[test]
+fn strips_of_one_window_are_checked() {
+    refused(&byte_of_1(ONLY_STRIPS, 0x80), "strips do not add up");
+    refused(&byte_of_1(ONLY_STRIPS, 0xC0), "strip 0: bad number of triangles");
+    refused(&byte_of_1(ONLY_STRIPS + 9, 0xE0), "strip 1: bad number of triangles");
+    refused(&byte_of_1(ONLY_STRIPS + 1, 20), "strip 0: refers to a vertex");
+    // The last one of a short strip, which no triangle uses.
+    refused(&byte_of_1(ONLY_STRIPS + 3 * 9 - 1, 20), "strip 2: refers to a vertex");
 }
 
 #[test]
 fn nodes_are_checked() {
-    refused(&byte(NODES + 12, 0x81), "node 0: bad grid");
-    refused(&byte(NODES + 13, 0x7F), "node 0: bad grid");
-    refused(&with("page", NODES / 4, |x: &mut f32| *x = f32::NAN), "node 0: bad grid");
-    refused(&child(0, 0, WideNode::EMPTY), "node 0: no children");
-    refused(&child(0, 3, 1), "node 0: a child after an empty place");
-    refused(&child(0, 1, 1), "node 0: bad child");
-    refused(&child(1, 0, 1), "node 1: bad child");
-    refused(&child(0, 1, 3), "node 0: bad child");
-    refused(&child(1, 0, WideNode::LEAF | 1), "node 1: no strip begins");
-    refused(&byte(NODES + size_of::<WideNode>() + 15, 2), "node 1: no such cluster");
-}
-
-/// A page of zeros with a header, and its directory entry.
-fn page(header: PageHeader) -> (Vec<u32>, PageEntry) {
-    let mut words = vec![0u32; 1 << 20];
-    words[..4].copy_from_slice(bytemuck::cast_slice(bytemuck::bytes_of(&header)));
-    let bytes: &[u8] = bytemuck::cast_slice(&words);
-    let entry = PageEntry {
-        offset: 4096,
-        first_triangle: header.first_triangle,
-        bytes: bytes.len() as u32,
-        checksum: crc32c::crc32c(bytes),
-        triangle_count: header.triangle_count,
-        node_count: header.node_count.into(),
-    };
-    (words, entry)
+    let node =
+        |i: usize, change: fn(&mut WideNode)| with_at("page 0", NODES + i * size_of::<WideNode>(), change);
+    refused(&node(0, |n| n.exponent[0] = -127), "node 0: bad grid");
+    refused(&node(0, |n| n.exponent[1] = 127), "node 0: bad grid");
+    refused(&node(0, |n| n.reserved = 1), "node 0: bad grid");
+    refused(&node(0, |n| n.reserved_too = 1), "node 0: bad grid");
+    refused(&node(0, |n| n.count = 0), "node 0: bad number of children");
+    refused(&node(0, |n| n.count = 9), "node 0: bad number of children");
+    refused(&node(1, |n| n.count = WideNode::STRIPS), "node 1: bad number of children");
+    refused(&node(1, |n| n.count = 255), "node 1: bad number of children");
+    refused(&node(0, |n| n.first = 0), "node 0: bad child");
+    refused(&node(0, |n| n.first = 2), "node 0: bad child");
+    refused(&node(0, |n| n.first = u16::MAX), "node 0: bad child");
+    refused(&node(1, |n| n.count = 1), "node 1: bad child");
+    refused(&node(0, |n| n.cluster = 1), "node 0: names a cluster");
+    refused(&node(1, |n| n.cluster = 2), "node 1: no such cluster");
+    refused(&node(1, |n| n.cluster = 1), "node 1: a strip that is not of its cluster");
+    refused(&node(1, |n| n.first = 1), "node 1: a strip that is not of its cluster");
+    refused(&node(2, |n| n.first = u16::MAX), "node 2: a strip that is not of its cluster");
+    refused(&node(2, |n| n.count += 1), "node 2: a strip that is not of its cluster");
 }
 
 #[test]
 fn pages_with_more_than_can_be_named_are_refused() {
-    let header = PageHeader { node_count: 0, cluster_count: 0, triangle_count: 0, first_triangle: 0 };
+    let header = PageHeader { max_windows: 1, nodes_offset: 1 << 20, ..bytemuck::Zeroable::zeroed() };
     let many = [
-        PageHeader { node_count: MAX_PAGE_NODES as u16 + 1, ..header },
         PageHeader { cluster_count: MAX_PAGE_CLUSTERS as u16 + 1, ..header },
+        PageHeader { strip_count: MAX_PAGE_STRIPS as u32 + 1, ..header },
     ];
     for header in many {
-        let (words, entry) = page(header);
-        let error = check_page(bytemuck::cast_slice(&words), 0, &entry, 1, 128).map(|_| ()).unwrap_err();
-        assert!(error.to_string().contains("page 0: more nodes or clusters"), "{error}");
+        let mut bytes = vec![0; 1 << 21];
+        bytes[..size_of::<PageHeader>()].copy_from_slice(bytemuck::bytes_of(&header));
+        let entry = PageEntry {
+            offset: 4096,
+            first_triangle: 0,
+            bytes: bytes.len() as u32,
+            checksum: crc32c::crc32c(&bytes),
+            triangle_count: 0,
+            node_count: 1,
+        };
+        let memory = aligned(&bytes);
+        let bytes = &bytemuck::cast_slice(&memory)[..bytes.len()];
+        let error = check_page(bytes, 0, &entry, 1, 128).map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains("page 0: more clusters or strips"), "{error}");
     }
 }
 
 #[test]
 fn pages_not_aligned_in_memory_are_refused() {
     let file = sample();
-    let (pack, _) = open_all(&file).unwrap();
-    let entry = pack.directory[0];
-    let mut words = vec![0u32; entry.bytes as usize / 4 + 1];
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
-    let moved = &mut bytes[1..=entry.bytes as usize];
-    moved.copy_from_slice(&file[entry.offset as usize..][..entry.bytes as usize]);
-    let error = check_page(moved, 0, &entry, 2, 4).map(|_| ()).unwrap_err();
-    assert!(matches!(error, PackError::CorruptPage { page: 0, .. }), "{error}");
+    let entry = open_all(&file).unwrap().pack.directory[0];
+    let page = &file[entry.offset as usize..][..entry.bytes as usize];
+    for shift in [1, 4, 8, 32] {
+        let memory = aligned(&[&vec![0; shift], page].concat());
+        let moved = &bytemuck::cast_slice(&memory)[shift..shift + page.len()];
+        let error = check_page(moved, 0, &entry, 2, 4).map(|_| ()).unwrap_err();
+        assert!(matches!(error, PackError::CorruptPage { page: 0, .. }), "{error}");
+    }
 }

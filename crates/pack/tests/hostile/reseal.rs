@@ -41,9 +41,9 @@ pub fn parts(file: &[u8]) -> Vec<(String, Range<usize>)> {
         let section: SectionEntry = bytemuck::pod_read_unaligned(&file[place]);
         let range = inside(file, section.offset, section.bytes).unwrap();
         if section.kind == Section::Directory as u32 {
-            for place in records::<PageEntry>(&range) {
+            for (i, place) in records::<PageEntry>(&range).enumerate() {
                 let page: PageEntry = bytemuck::pod_read_unaligned(&file[place]);
-                parts.push(("page".into(), inside(file, page.offset, page.bytes.into()).unwrap()));
+                parts.push((format!("page {i}"), inside(file, page.offset, page.bytes.into()).unwrap()));
             }
         }
         parts.push((format!("section {}", section.kind), range));

@@ -1,58 +1,89 @@
 //! Reads all that a pack offers, as the rest of the program does after the checks.
 
-use raystrips_geom::strip::strip_is_reversed;
-use raystrips_pack::layout::{TopNode, WIDTH, WideNode};
-use raystrips_pack::page::ClusterView;
-use raystrips_pack::{Pack, PackError, PageId, PageView, check_page};
+use raystrips_pack::layout::{TopNode, WIDTH};
+use raystrips_pack::vertices::VERTEX_REACH;
+use raystrips_pack::{ClusterView, Pack, PackError, PageId, PageView, WideNode, check_page};
 use std::hint::black_box;
 use std::io::Cursor;
 
+/// A pack and its pages, which were checked.
+pub struct Opened {
+    pub pack: Pack,
+    pages: Vec<Vec<WideNode>>,
+}
+
+impl Opened {
+    pub fn pages(&self) -> Vec<PageView<'_>> {
+        let entries = self.pack.directory.iter();
+        let bytes =
+            self.pages.iter().zip(entries).map(|(memory, entry)| &bytes(memory)[..entry.bytes as usize]);
+        bytes.map(|bytes| PageView::new(bytes).unwrap()).collect()
+    }
+}
+
+fn bytes(memory: &[WideNode]) -> &[u8] {
+    bytemuck::cast_slice(memory)
+}
+
 /// Opens the pack and checks all pages and ids.
-pub fn open_all(file: &[u8]) -> Result<(Pack, Vec<PageView<'_>>), PackError> {
+pub fn open_all(file: &[u8]) -> Result<Opened, PackError> {
     let pack = Pack::open(&mut Cursor::new(file))?;
     let geometries = pack.manifest.scene.geometries.len();
     let depth = pack.manifest.depth as usize;
-    let page = |(id, e): (usize, &_)| check_page(page_bytes(file, e), id as PageId, e, geometries, depth);
-    let pages = pack.directory.iter().enumerate().map(page).collect::<Result<_, _>>()?;
+    let mut pages = Vec::new();
+    for (id, entry) in pack.directory.iter().enumerate() {
+        let length = entry.bytes as usize;
+        let memory = aligned(&file[entry.offset as usize..][..length]);
+        check_page(&bytes(&memory)[..length], id as PageId, entry, geometries, depth)?;
+        pages.push(memory);
+    }
     let (offset, bytes) = pack.triangle_ids();
     pack.check_triangle_ids(&file[offset as usize..(offset + bytes) as usize])?;
-    Ok((pack, pages))
+    Ok(Opened { pack, pages })
 }
 
-fn page_bytes<'a>(file: &'a [u8], entry: &raystrips_pack::PageEntry) -> &'a [u8] {
-    &file[entry.offset as usize..entry.offset as usize + entry.bytes as usize]
+/// A copy of `bytes`, aligned as pages are, with something after them.
+pub fn aligned(bytes: &[u8]) -> Vec<WideNode> {
+    let mut memory: Vec<WideNode> =
+        vec![bytemuck::Zeroable::zeroed(); bytes.len() / size_of::<WideNode>() + 1];
+    bytemuck::cast_slice_mut(&mut memory)[..bytes.len()].copy_from_slice(bytes);
+    memory
 }
 
 /// Calls every accessor of a checked pack. Gives the triangles below the root.
-pub fn walk(pack: &Pack, pages: &[PageView]) -> u64 {
+pub fn walk(opened: &Opened) -> u64 {
+    let (pack, pages) = (&opened.pack, opened.pages());
     black_box(pack.manifest.bytes_per_triangle());
     pages.iter().for_each(walk_page);
     let mut triangles = 0;
-    let mut waiting = vec![0u32];
+    let mut waiting = vec![TopNode::NODE];
     while let Some(child) = waiting.pop() {
-        if child & TopNode::ENTRY == 0 {
-            let node = &pack.top_nodes[child as usize];
+        let number = (child & !TopNode::KIND) as usize;
+        if child & TopNode::KIND == TopNode::NODE {
+            let node = &pack.top_nodes[number];
             (0..WIDTH).for_each(|i| assert!(node.boxes.child_bounds(i).min.is_finite()));
-            waiting.extend(node.child.iter().filter(|&&c| c != TopNode::EMPTY));
+            waiting.extend(&node.child[..node.child_count()]);
         } else {
-            let entry = pack.top_entries[(child & !TopNode::ENTRY) as usize];
-            triangles += descend(&pages[entry.page as usize], entry.node as u16);
+            let entry = pack.top_entries[number];
+            triangles += descend(&pages[entry.page as usize], entry.node as usize);
         }
     }
     triangles
 }
 
 /// Goes down from a node of a page like a ray, and counts the triangles.
-fn descend(page: &PageView, root: u16) -> u64 {
+fn descend(page: &PageView, root: usize) -> u64 {
     let mut triangles = 0;
-    let mut waiting = vec![(root, root)];
-    while let Some((parent, child)) = waiting.pop() {
-        if child & WideNode::LEAF == 0 {
-            let node = &page.nodes()[usize::from(child)];
-            waiting.extend(node.child.iter().filter(|&&c| c != WideNode::EMPTY).map(|&c| (child, c)));
+    let mut waiting = vec![root];
+    while let Some(number) = waiting.pop() {
+        let node = &page.nodes()[number];
+        let children = usize::from(node.first)..usize::from(node.first) + node.child_count();
+        if node.holds_strips() {
+            let cluster = page.cluster(node.cluster.into());
+            assert!(children.clone().all(|i| cluster.strip_numbers().contains(&i)));
+            triangles += children.map(|i| page.strip(i).triangle_count() as u64).sum::<u64>();
         } else {
-            let cluster = page.cluster(usize::from(page.nodes()[usize::from(parent)].boxes.cluster));
-            triangles += cluster.strip(usize::from(child & !WideNode::LEAF)).triangle_count() as u64;
+            waiting.extend(children);
         }
     }
     triangles
@@ -60,20 +91,36 @@ fn descend(page: &PageView, root: u16) -> u64 {
 
 fn walk_page(page: &PageView) {
     for node in page.nodes() {
-        (0..WIDTH).for_each(|i| assert!(node.boxes.child_bounds(i).max.is_finite()));
+        // Rounded outward from what is finite.
+        (0..WIDTH).for_each(|i| assert!(!node.child_bounds(page.grid(), i).max.is_nan()));
     }
-    (0..page.cluster_count()).for_each(|i| walk_cluster(&page.cluster(i)));
+    for i in 0..page.strip_count() {
+        let record = page.window_record(i);
+        assert_eq!(record.is_some(), page.header().max_windows == 1);
+        assert!(record.is_none_or(|r| r[0] == page.strip(i).heads()[0]));
+    }
+    black_box((page.strip_bytes(), page.window_record(page.strip_count())));
+    (0..page.cluster_count()).for_each(|i| walk_cluster(page, &page.cluster(i)));
 }
 
-fn walk_cluster(cluster: &ClusterView) {
+fn walk_cluster(page: &PageView, cluster: &ClusterView) {
     black_box((cluster.runs(), cluster.first_triangle()));
-    for (offset, strip) in cluster.strips() {
+    // A kernel decodes before it knows whether a byte names a vertex.
+    assert!(cluster.vertex_bytes().len() >= VERTEX_REACH);
+    (0..256).for_each(|i| _ = black_box(cluster.vertex_code().decode(cluster.vertex_bytes(), i)));
+    assert!((0..cluster.vertex_count()).all(|i| cluster.vertex(i as u8).is_finite()));
+    for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
+        assert!(strip.window_count() <= page.header().max_windows.into());
         (0..strip.window_count() - 1).for_each(|i| assert!(strip.split(i).axis < 3));
-        (0..strip.window_count()).for_each(|w| assert!(strip.window(w).2.len() <= 8));
+        for w in 0..strip.window_count() {
+            let (head, refs) = strip.window(w);
+            assert!(head.count() <= 6 && refs.len() >= head.count() + 2);
+            black_box(strip.is_reversed_before(w));
+        }
+        assert_eq!(strip.refs().len(), strip.triangle_count() + 2);
         for i in 0..strip.triangle_count() {
-            let index = cluster.triangle_index(offset, i);
-            black_box((cluster.geometry(index), strip_is_reversed(strip.turns(), i)));
-            assert!(strip.triangle(i).iter().all(|&v| cluster.vertices()[usize::from(v)].is_finite()));
+            black_box(cluster.geometry(cluster.triangle_index(number, i)));
+            assert!(strip.triangle(i).iter().all(|&v| usize::from(v) < cluster.vertex_count()));
         }
     }
 }

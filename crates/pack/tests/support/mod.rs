@@ -1,24 +1,26 @@
-//! A small pack with something of everything: two pages, three clusters, strips of one to five windows with
-//! turns and splits, two geometries in one cluster, emitters, ids, names, a light, a camera and a sky.
+//! A small pack with something of everything: two pages, one of strips of one to five windows with splits, one of
+//! single windows; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
+//! emitters, ids, names, a light, a camera and a sky.
 
 use glam::Vec3;
 use raystrips_geom::Aabb;
 use raystrips_geom::scene::{Camera, Geometry, Light, LightKind, Material, Projection, SceneDesc, Sky};
 use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
-use raystrips_pack::page::builder::{BuiltPage, StripParts};
+use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
     ByteCounts, Dropped, Emitter, Manifest, PackContents, PackWriter, PageBuilder, TopEntry,
 };
+use std::ops::Range;
 use std::path::Path;
 
 /// Writes the sample pack, with `alter` done to its manifest, to `path`. Gives its pages as they were built and
 /// its manifest.
 pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<BuiltPage>, Manifest) {
     let mut writer = PackWriter::create(path, manifest()).unwrap();
-    let first = first_page().finish(0).unwrap();
+    let first = first_page();
     writer.page(&first).unwrap();
-    let second = second_page().finish(writer.next_triangle()).unwrap();
+    let second = second_page(writer.next_triangle());
     writer.page(&second).unwrap();
     let ids: Vec<u8> =
         (0..writer.next_triangle() as u32).flat_map(|i| (i * 4 + i % 3).to_le_bytes()).collect();
@@ -35,28 +37,31 @@ pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<Buil
 }
 
 /// A tree over two clusters, the first with two strips.
-fn first_page() -> PageBuilder {
+fn first_page() -> BuiltPage {
+    let rows = [row(0.0, 35), row(2.0, 12)];
+    let strips = [
+        vec![Strip::over(&rows[0], 0..30, 0), Strip::over(&rows[0], 30..33, 1)],
+        vec![Strip::over(&rows[1], 0..12, 0)],
+    ];
     let mut page = PageBuilder::default();
-    let root = page.node(0, &[row_bounds(0.0), row_bounds(2.0)]);
-    let first = page.cluster(row(0.0, 35));
-    let node = page.node(first, &[row_bounds(0.0), row_bounds(0.0)]);
-    page.link(root, 0, node);
-    add_strip(&mut page, node, 0, &(0..30).collect::<Vec<u8>>(), 0.0, 0);
-    add_strip(&mut page, node, 1, &[30, 31, 32], 0.0, 1);
-    let second = page.cluster(row(2.0, 12));
-    let node = page.node(second, &[row_bounds(2.0)]);
-    page.link(root, 1, node);
-    add_strip(&mut page, node, 0, &(0..12).collect::<Vec<u8>>(), 2.0, 0);
-    page
+    let root = page.reserve_nodes(1);
+    let first = page.reserve_nodes(2);
+    page.set_node(root, vec![row_bounds(0.0), row_bounds(2.0)], Children::Nodes(first));
+    for ((number, vertices), strips) in (first..).zip(&rows).zip(&strips) {
+        add_cluster(&mut page, number, vertices, strips);
+    }
+    page.finish(0).unwrap()
 }
 
-/// One cluster.
-fn second_page() -> PageBuilder {
+/// One cluster with strips of one window, and a coordinate that needs a float.
+fn second_page(first_triangle: u64) -> BuiltPage {
+    let mut vertices = row(4.0, 20);
+    vertices[0].z = 1e-20;
+    let strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1));
     let mut page = PageBuilder::default();
-    let cluster = page.cluster(row(4.0, 20));
-    let node = page.node(cluster, &[row_bounds(4.0)]);
-    add_strip(&mut page, node, 0, &(0..20).collect::<Vec<u8>>(), 4.0, 1);
-    page
+    let root = page.reserve_nodes(1);
+    add_cluster(&mut page, root, &vertices, &strips);
+    page.finish(first_triangle).unwrap()
 }
 
 /// A root over a node over the first page, and the second page.
@@ -64,11 +69,13 @@ fn top() -> (Vec<TopNode>, Vec<TopEntry>) {
     let node = |bounds: &[Aabb], used: &[u32]| {
         let mut child = [TopNode::EMPTY; WIDTH];
         child[..used.len()].copy_from_slice(used);
-        TopNode { boxes: ChildBoxes::around(bounds, 0), child }
+        TopNode { boxes: ChildBoxes::around(bounds), child }
     };
     let first = row_bounds(0.0).union(row_bounds(2.0));
-    let nodes =
-        vec![node(&[first, row_bounds(4.0)], &[1, TopNode::ENTRY | 1]), node(&[first], &[TopNode::ENTRY])];
+    let nodes = vec![
+        node(&[first, row_bounds(4.0)], &[TopNode::NODE | 1, TopNode::ENTRY | 1]),
+        node(&[first], &[TopNode::ENTRY]),
+    ];
     (nodes, vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }])
 }
 
@@ -81,19 +88,41 @@ fn row_bounds(y: f32) -> Aabb {
     Aabb::of_points(row(y, 35))
 }
 
-/// Adds a strip over the row at `y`; every second window has a turn.
-fn add_strip(page: &mut PageBuilder, node: u16, slot: usize, refs: &[u8], y: f32, geometry: u32) {
-    let vertices = row(y, 35);
-    let triangles: Vec<usize> = (0..refs.len() - 2).collect();
-    let windows: Vec<Aabb> = triangles
-        .chunks(WINDOW_TRIANGLES)
-        .map(|w| &refs[w[0]..=w[w.len() - 1] + 2])
-        .map(|window| Aabb::of_points(window.iter().map(|&r| vertices[usize::from(r)])))
-        .collect();
-    let turns: Vec<u8> = (0..windows.len()).map(|w| [0b000100, 0][w % 2]).collect();
-    let mut splits = Vec::new();
-    split(&windows, &mut splits);
-    page.strip(node, slot, StripParts { refs, turns: &turns, splits: &splits, geometry });
+struct Strip {
+    refs: Vec<u8>,
+    turns: Vec<u8>,
+    splits: Vec<PlaneSplit>,
+    geometry: u32,
+    bounds: Aabb,
+}
+
+impl Strip {
+    /// A strip over some of `vertices`; every second window has a turn.
+    fn over(vertices: &[Vec3], refs: Range<u8>, geometry: u32) -> Strip {
+        let refs: Vec<u8> = refs.collect();
+        let bounds_of = |refs: &[u8]| Aabb::of_points(refs.iter().map(|&r| vertices[usize::from(r)]));
+        let starts = (0..refs.len() - 2).step_by(WINDOW_TRIANGLES);
+        let windows: Vec<Aabb> =
+            starts.map(|w| bounds_of(&refs[w..refs.len().min(w + WINDOW_TRIANGLES + 2)])).collect();
+        let turns = (0..windows.len()).map(|w| [0b000100, 0][w % 2]).collect();
+        let mut splits = Vec::new();
+        split(&windows, &mut splits);
+        let bounds = bounds_of(&refs);
+        Strip { refs, turns, splits, geometry, bounds }
+    }
+}
+
+/// Adds a cluster and makes node `number` that of its strips.
+fn add_cluster<'a>(page: &mut PageBuilder<'a>, number: u16, vertices: &'a [Vec3], strips: &'a [Strip]) {
+    let parts = strips.iter().map(|s| StripParts {
+        refs: &s.refs,
+        turns: &s.turns,
+        splits: &s.splits,
+        geometry: s.geometry,
+    });
+    let (cluster, first) = page.cluster(vertices, parts.collect());
+    let bounds = strips.iter().map(|s| s.bounds).collect();
+    page.set_node(number, bounds, Children::Strips { cluster, first });
 }
 
 /// The tree over `windows` in pre-order; all splits are along x, where the left half is the lower one.
@@ -122,6 +151,7 @@ fn manifest() -> Manifest {
         bounds_min: bounds.min.to_array(),
         bounds_max: bounds.max.to_array(),
         scene_offset: [1e6, 0.0, -0.5],
+        position_error: 0.125,
         id_bytes: 4,
         bytes: ByteCounts::default(),
         dropped: Dropped { degenerate: 1, non_finite: 300, out_of_range: 70_000 },

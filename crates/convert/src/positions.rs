@@ -1,0 +1,82 @@
+//! From positions of the input to those of the pack: moved by the scene offset, in f64, then rounded to f32 or to one
+//! grid for the whole scene.
+//!
+//! The steps of that grid are a power of two, so that what is on it is exact in f32 and needs few bits in the pack's
+//! lossless code. Equal positions stay equal: closed meshes stay closed.
+
+use crate::offset::Placement;
+use glam::{DVec3, Vec3};
+use raystrips_geom::grid::floor_log2;
+
+/// How positions are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Positions {
+    /// As the f32 that were given, or the nearest ones.
+    #[default]
+    Exact,
+    /// On a grid of at most two to the power of `bits` steps along the longest side of the scene.
+    Grid {
+        /// 4 to 23.
+        bits: u8,
+    },
+}
+
+/// Brings positions to the pack and keeps account of how far that moves them.
+pub(crate) struct ToPack {
+    offset: DVec3,
+    step: Option<f64>,
+    /// Most by which a coordinate was moved.
+    pub error: f64,
+}
+
+impl ToPack {
+    pub fn new(placement: &Placement, positions: Positions) -> ToPack {
+        let step = match positions {
+            Positions::Grid { bits } if placement.size > 0.0 => {
+                let exponent = floor_log2(placement.size / f64::from(1u32 << bits)) + 1;
+                Some(2f64.powi(exponent))
+            }
+            _ => None,
+        };
+        ToPack { offset: DVec3::from_array(placement.offset), step, error: 0.0 }
+    }
+
+    /// Position in the pack. Negative zero becomes zero: they are the same place.
+    pub fn place(&mut self, position: [f64; 3]) -> Vec3 {
+        let exact = DVec3::from_array(position) - self.offset;
+        let snapped = self.step.map_or(exact, |step| (exact / step).round() * step);
+        let placed = snapped.as_vec3() + Vec3::ZERO;
+        let moved = (placed.as_dvec3() - exact).abs().max_element();
+        if moved > self.error {
+            self.error = moved;
+        }
+        placed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_offset_keeps_detail() {
+        let placement = Placement { offset: [5_000_064.0, 0.0, 0.0], size: 128.0 };
+        let mut exact = ToPack::new(&placement, Positions::Exact);
+        assert_eq!(exact.place([5_000_000.125, 1.0, 0.0]), Vec3::new(-63.875, 1.0, 0.0));
+        assert_eq!(exact.error, 0.0);
+    }
+
+    #[test]
+    fn a_grid_has_its_bits_and_says_its_error() {
+        let placement = Placement { offset: [0.0; 3], size: 10.0 };
+        let mut grid = ToPack::new(&placement, Positions::Grid { bits: 16 });
+        let step = 2f64.powi(-12);
+        for i in 0..1000 {
+            let x = f64::from(i) * 0.01;
+            let placed = f64::from(grid.place([x, 0.0, -x]).x);
+            assert_eq!((placed / step).fract(), 0.0);
+            assert!((placed - x).abs() <= grid.error && grid.error <= step / 2.0);
+        }
+        assert!(10.0 / step < 65536.0 && grid.error > 0.0);
+    }
+}
