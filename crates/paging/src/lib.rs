@@ -1,12 +1,13 @@
 //! Which pages of a pack are in memory.
 //!
-//! For now all of them are: the file is mapped, and every page is checked when the pack is opened, so that
-//! tracing cannot fail. A truncation of the file while it is mapped ends the process; the writer replaces
-//! packs by renaming, never in place.
+//! For now all of them are: the file is read, or mapped where it would take most of the memory that is left, and
+//! every page is checked when the pack is opened, so that tracing cannot fail. A truncation of the file while it
+//! is mapped ends the process; the writer replaces packs by renaming, never in place.
 
-mod map;
+mod file_bytes;
+mod memory;
 
-use map::FileMap;
+use file_bytes::FileBytes;
 use rayon::prelude::*;
 use raystrips_pack::{Pack, PackError, PageId, PageView, check_page};
 use std::fs::File;
@@ -25,26 +26,26 @@ pub struct OpenError {
 /// The pages of one pack.
 pub struct PageTable {
     pack: Pack,
-    map: FileMap,
+    file: FileBytes,
 }
 
 impl PageTable {
-    /// Maps the pack at `path` and checks all of its pages. Reads the whole file once.
+    /// Takes in the pack at `path` and checks all of its pages. Reads the whole file once.
     pub fn open(path: &Path) -> Result<PageTable, OpenError> {
         let named = |source| OpenError { path: path.to_owned(), source };
-        let table = PageTable::map(path).map_err(named)?;
+        let table = PageTable::take_in(path).map_err(named)?;
         table.check_pages().map_err(named)?;
         Ok(table)
     }
 
-    fn map(path: &Path) -> Result<PageTable, PackError> {
+    fn take_in(path: &Path) -> Result<PageTable, PackError> {
         let mut file = File::open(path)?;
         let pack = Pack::open(&mut file)?;
-        let map = FileMap::of(&file)?;
-        if map.bytes().len() as u64 != pack.file_bytes {
+        let bytes = FileBytes::of(&mut file, memory::spare_bytes())?;
+        if bytes.bytes().len() as u64 != pack.file_bytes {
             return Err(PackError::Corrupt("the file changes while it is read".into()));
         }
-        Ok(PageTable { pack, map })
+        Ok(PageTable { pack, file: bytes })
     }
 
     /// The resident part of the pack.
@@ -64,13 +65,13 @@ impl PageTable {
     /// Original triangle ids as stored; empty if none are kept.
     pub fn triangle_ids(&self) -> &[u8] {
         let (offset, bytes) = self.pack.triangle_ids();
-        &self.map.bytes()[offset as usize..(offset + bytes) as usize]
+        &self.file.bytes()[offset as usize..(offset + bytes) as usize]
     }
 
     #[inline]
     fn page_bytes(&self, id: PageId) -> &[u8] {
         let entry = &self.pack.directory[id as usize];
-        &self.map.bytes()[entry.offset as usize..entry.offset as usize + entry.bytes as usize]
+        &self.file.bytes()[entry.offset as usize..entry.offset as usize + entry.bytes as usize]
     }
 
     /// Checks every page, and reports the first that is damaged.

@@ -1,4 +1,4 @@
-//! Many rays at once.
+//! Many rays at once, for callers without a tracer of their own.
 
 use crate::{Scene, Tracer};
 use raystrips_geom::{Hit, Ray};
@@ -8,11 +8,7 @@ use raystrips_geom::{Hit, Ray};
 /// # Panics
 /// If the lengths differ.
 pub fn intersect_batch(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
-    assert_eq!(rays.len(), hits.len());
-    let mut tracer = Tracer::new(scene);
-    for (ray, hit) in rays.iter().zip(hits) {
-        *hit = tracer.intersect(ray);
-    }
+    Tracer::new(scene).intersect_batch(rays, hits);
 }
 
 /// Whether something lies on each of `rays`, `occluded[i]` for `rays[i]`.
@@ -20,9 +16,5 @@ pub fn intersect_batch(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
 /// # Panics
 /// If the lengths differ.
 pub fn occluded_batch(scene: &Scene, rays: &[Ray], occluded: &mut [bool]) {
-    assert_eq!(rays.len(), occluded.len());
-    let mut tracer = Tracer::new(scene);
-    for (ray, occluded) in rays.iter().zip(occluded) {
-        *occluded = tracer.occluded(ray);
-    }
+    Tracer::new(scene).occluded_batch(rays, occluded);
 }

@@ -2,105 +2,215 @@
 //!
 //! A plane is at `origin + q * spacing`, so its distance is `q * (spacing * inv) + (origin - org) * inv`: one
 //! multiplication and one addition a plane. That form loses digits when the node is far away against its size,
-//! and the triangle test rounds vertices too, so every box is widened by a [`Slack`] that covers the sum of all
-//! roundings; compare Ize 2013, who widens by the error of the division alone. The slack is found once for each
-//! subtree, not in each node, where it would be at the beginning of a chain of operations that wait for each
-//! other.
+//! and the triangle test rounds vertices too, so every box is widened by a slack that covers the sum of all
+//! roundings; compare Ize 2013, who widens by the error of the division alone. With it the entry into a box is never
+//! behind the hit of a triangle in it, as that is computed ([`crate::window`]). The slack is found once for each
+//! page, not in each node, where it would be at the beginning of a chain of operations that wait for each other.
 
 use crate::prepared::PreparedRay;
 use crate::simd::{LANES, Simd};
-use raystrips_geom::grid::power_of_two;
-use raystrips_pack::layout::ChildBoxes;
+use raystrips_pack::layout::{PageHeader, TopNode, WideNode};
 
-/// Widening relative to the distance of the farthest corner: 32 units in the last place. All roundings of a box
-/// test and of the transformation of a vertex come to 16 at most, grids reaching up to twice as far as what is in
-/// them.
+/// Widening relative to the distance of the farthest corner: 32 units of 2^-24. All roundings of a box test and of
+/// the transformation of a vertex come to 16 at most, grids reaching up to twice as far as what is in them.
 const RELATIVE_SLACK: f32 = 1.0 / (1 << 19) as f32;
 
-/// Where a ray is inside each box.
-pub(crate) struct BoxHits {
-    /// Entry; never before the entry into the node.
-    pub tnear: [f32; LANES],
-    /// Exit.
-    pub tfar: [f32; LANES],
-    /// Bit *i*: box *i* is met before the limit.
-    pub mask: u32,
-}
+/// Distances beyond this are taken for it, so that sums of infinities do not come up.
+const FARTHEST: f32 = 1e32;
 
-/// What box tests below a node must allow for, as a distance along the ray for planes across each axis.
-#[derive(Clone, Copy)]
-pub(crate) struct Slack([f32; 3]);
-
-impl Slack {
-    /// For a node with these boxes and all below it.
-    #[inline(always)]
-    pub fn below(boxes: &ChildBoxes, ray: &PreparedRay) -> Slack {
-        let reach = |i: usize| (boxes.origin[i] - ray.org[i]).abs() + 255.0 * power_of_two(boxes.exponent[i]);
-        let slack = max(max(reach(0), reach(1)), reach(2)) * RELATIVE_SLACK;
-        Slack(each(|i| slack * ray.inv_dir[i].abs()))
-    }
-}
-
-/// The grid of a node as the ray sees it: the distance of plane `q` along axis *i* is at least
-/// `q * step[i] + before[i]` and at most `q * step[i] + after[i]`.
+/// The grid of a page as a ray sees it: lanes 0 to 2 are the axes, and again 4 to 6; the others mean nothing.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct RayGrid {
-    pub step: [f32; 3],
-    pub before: [f32; 3],
-    pub after: [f32; 3],
+    /// Distance along the ray from plane to plane.
+    pub step: [f32; LANES],
+    /// Distance of plane 0 as a lower bound of a box: moved down its axis by the slack.
+    pub lo: [f32; LANES],
+    /// As an upper bound of a box: moved up.
+    pub hi: [f32; LANES],
 }
 
 impl RayGrid {
+    pub const NONE: RayGrid = RayGrid { step: [0.0; LANES], lo: [0.0; LANES], hi: [0.0; LANES] };
+
     #[inline(always)]
-    pub fn new(boxes: &ChildBoxes, ray: &PreparedRay, slack: &Slack) -> RayGrid {
-        let start = each(|i| (boxes.origin[i] - ray.org[i]) * ray.inv_dir[i]);
-        RayGrid {
-            step: each(|i| power_of_two(boxes.exponent[i]) * ray.inv_dir[i]),
-            before: each(|i| start[i] - slack.0[i]),
-            after: each(|i| start[i] + slack.0[i]),
+    pub fn of_page<S: Simd>(s: S, page: &PageHeader, ray: &PreparedRay) -> RayGrid {
+        let (origin, spacing) = page_grid(s, page);
+        let slack = slack(s, origin, s.mul(spacing, s.splat(f32::from(u16::MAX))), ray);
+        let start = Start::new(s, origin, spacing, slack, ray);
+        RayGrid { step: s.store(start.step), lo: s.store(start.lo), hi: s.store(start.hi) }
+    }
+}
+
+/// What box tests must allow for in a box of that `origin` and `extent`, in scene units, in all lanes.
+#[inline(always)]
+fn slack<S: Simd>(s: S, origin: S::F, extent: S::F, ray: &PreparedRay) -> S::F {
+    let reach = s.add(s.abs(s.sub(origin, s.load_twice(&ray.org))), extent);
+    let reach = s.max(s.max(s.spread::<0>(reach), s.spread::<1>(reach)), s.spread::<2>(reach));
+    s.mul(reach, s.splat(RELATIVE_SLACK))
+}
+
+/// The slack of all nodes above the pages.
+#[inline(always)]
+pub(crate) fn top_slack<S: Simd>(s: S, root: &TopNode, ray: &PreparedRay) -> [f32; LANES] {
+    let (origin, spacing) = top_grid(s, root);
+    s.store(slack(s, origin, s.mul(spacing, s.splat(f32::from(u8::MAX))), ray))
+}
+
+/// Origin and spacing of a page's grid.
+#[inline(always)]
+fn page_grid<S: Simd>(s: S, page: &PageHeader) -> (S::F, S::F) {
+    // They are bytes 16 to 31.
+    let floats: &[f32; 16] = bytemuck::cast_ref(page);
+    let words: &[u32; 16] = bytemuck::cast_ref(page);
+    (s.load_twice(floats[4..8].try_into().expect("four of four")), s.powers_of_two_twice(words[7]))
+}
+
+/// Origin and spacing of a node above the pages.
+#[inline(always)]
+fn top_grid<S: Simd>(s: S, node: &TopNode) -> (S::F, S::F) {
+    let floats: &[f32; 24] = bytemuck::cast_ref(node);
+    let words: &[u32; 24] = bytemuck::cast_ref(node);
+    (s.load_twice(floats[..4].try_into().expect("four of four")), s.powers_of_two_twice(words[3]))
+}
+
+/// Where a ray is inside each box.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs<F> {
+    /// Entry.
+    pub tnear: F,
+    /// Exit; before the entry where the ray misses.
+    pub tfar: F,
+}
+
+/// The boxes of a node in a page, for the part of the ray up to `limit`.
+#[inline(always)]
+pub(crate) fn page_slabs<S: Simd>(
+    s: S,
+    node: &WideNode,
+    page: &RayGrid,
+    ray: &PreparedRay,
+    limit: f32,
+) -> Slabs<S::F> {
+    let words: &[u64; 8] = bytemuck::cast_ref(node);
+    let origin = s.convert_u16_twice(words[0]);
+    let page_step = s.load(&page.step);
+    let start = Start {
+        step: s.mul(s.powers_of_two_twice(words[1] as u32), s.load_twice(&ray.inv_dir)),
+        lo: s.mul_add(origin, page_step, s.load(&page.lo)),
+        hi: s.mul_add(origin, page_step, s.load(&page.hi)),
+    };
+    slabs(s, words, &start, ray, limit)
+}
+
+/// The boxes of a node above the pages.
+#[inline(always)]
+pub(crate) fn top_slabs<S: Simd>(
+    s: S,
+    node: &TopNode,
+    slack: &[f32; LANES],
+    ray: &PreparedRay,
+    limit: f32,
+) -> Slabs<S::F> {
+    let words: &[u64; 12] = bytemuck::cast_ref(node);
+    let (origin, spacing) = top_grid(s, node);
+    let start = Start::new(s, origin, spacing, s.load(slack), ray);
+    slabs(s, words.first_chunk().expect("eight of twelve"), &start, ray, limit)
+}
+
+/// A grid as a ray sees it; see [`RayGrid`].
+struct Start<F> {
+    step: F,
+    lo: F,
+    hi: F,
+}
+
+impl<F: Copy> Start<F> {
+    #[inline(always)]
+    fn new<S: Simd<F = F>>(s: S, origin: F, spacing: F, slack: F, ray: &PreparedRay) -> Start<F> {
+        let inv_dir = s.load_twice(&ray.inv_dir);
+        let away = s.sub(origin, s.load_twice(&ray.org));
+        let (most, least) = (s.splat(FARTHEST), s.splat(-FARTHEST));
+        Start {
+            step: s.mul(spacing, inv_dir),
+            lo: s.max(s.min(s.mul(s.sub(away, slack), inv_dir), most), least),
+            hi: s.max(s.min(s.mul(s.add(away, slack), inv_dir), most), least),
         }
     }
 }
 
-/// Tests the boxes of a node that the ray enters at `entry`, against hits up to `limit`.
-#[inline(always)]
-pub(crate) fn test_boxes<S: Simd>(
-    s: S,
-    boxes: &ChildBoxes,
-    ray: &PreparedRay,
-    slack: &Slack,
-    entry: f32,
-    limit: f32,
-) -> BoxHits {
-    let grid = RayGrid::new(boxes, ray, slack);
-    let mut tnear = s.splat(entry);
-    let mut tfar = s.splat(ray.tfar);
-    for axis in 0..3 {
-        let (lo, hi) = (&boxes.lo[axis], &boxes.hi[axis]);
-        let (near, far) = if ray.forward[axis] { (lo, hi) } else { (hi, lo) };
-        let step = s.splat(grid.step[axis]);
-        let (before, after) = (s.splat(grid.before[axis]), s.splat(grid.after[axis]));
-        // The new distance comes first: one that is NaN is passed over.
-        tnear = s.max(s.add(s.mul(s.convert(near), step), before), tnear);
-        tfar = s.min(s.add(s.mul(s.convert(far), step), after), tfar);
+/// The planes of eight boxes, as distances along each axis from the common origin of a packet of rays, moved outward
+/// by the slack.
+#[derive(Clone, Copy)]
+pub(crate) struct Planes<F> {
+    pub lo: [F; 3],
+    pub hi: [F; 3],
+}
+
+impl<F: Copy> Planes<F> {
+    /// Of a node in a page with header `page`.
+    #[inline(always)]
+    pub fn of_page_node<S: Simd<F = F>>(
+        s: S,
+        node: &WideNode,
+        page: &PageHeader,
+        ray: &PreparedRay,
+    ) -> Planes<F> {
+        let words: &[u64; 8] = bytemuck::cast_ref(node);
+        let (page_origin, page_spacing) = page_grid(s, page);
+        let slack = slack(s, page_origin, s.mul(page_spacing, s.splat(f32::from(u16::MAX))), ray);
+        let away = s.sub(page_origin, s.load_twice(&ray.org));
+        let away = s.mul_add(s.convert_u16_twice(words[0]), page_spacing, away);
+        Planes::new(s, words, s.powers_of_two_twice(words[1] as u32), s.sub(away, slack), s.add(away, slack))
     }
-    let mask = s.le(tnear, s.min(tfar, s.splat(limit)));
-    BoxHits { tnear: s.store(tnear), tfar: s.store(tfar), mask }
+
+    /// Of a node above the pages.
+    #[inline(always)]
+    pub fn of_top_node<S: Simd<F = F>>(
+        s: S,
+        node: &TopNode,
+        slack: &[f32; LANES],
+        ray: &PreparedRay,
+    ) -> Planes<F> {
+        let words: &[u64; 12] = bytemuck::cast_ref(node);
+        let (origin, spacing) = top_grid(s, node);
+        let away = s.sub(origin, s.load_twice(&ray.org));
+        let slack = s.load(slack);
+        let words = words.first_chunk().expect("eight of twelve");
+        Planes::new(s, words, spacing, s.sub(away, slack), s.add(away, slack))
+    }
+
+    #[inline(always)]
+    fn new<S: Simd<F = F>>(s: S, words: &[u64; 8], spacing: F, lo: F, hi: F) -> Planes<F> {
+        macro_rules! planes {
+            ($first:literal, $start:expr) => {
+                [
+                    s.mul_add(s.convert_u8(words[$first]), s.spread::<0>(spacing), s.spread::<0>($start)),
+                    s.mul_add(s.convert_u8(words[$first + 1]), s.spread::<1>(spacing), s.spread::<1>($start)),
+                    s.mul_add(s.convert_u8(words[$first + 2]), s.spread::<2>(spacing), s.spread::<2>($start)),
+                ]
+            };
+        }
+        Planes { lo: planes!(2, lo), hi: planes!(5, hi) }
+    }
 }
 
-/// One value a component: unlike `<[T; 3]>::map`, always inlined.
+/// Words 2 to 4 of a node are the least planes, 5 to 7 the greatest.
 #[inline(always)]
-pub(crate) fn each<T>(f: impl Fn(usize) -> T) -> [T; 3] {
-    [f(0), f(1), f(2)]
-}
-
-/// a if a > b, else b: one instruction, unlike [`f32::max`].
-#[inline(always)]
-pub(crate) fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// a if a < b, else b.
-#[inline(always)]
-pub(crate) fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+fn slabs<S: Simd>(s: S, words: &[u64; 8], start: &Start<S::F>, ray: &PreparedRay, limit: f32) -> Slabs<S::F> {
+    let mut tnear = s.splat(ray.tnear);
+    let mut tfar = s.splat(limit);
+    macro_rules! cut {
+        ($axis:literal) => {
+            let step = s.spread::<$axis>(start.step);
+            let lo = s.mul_add(s.convert_u8(words[2 + $axis]), step, s.spread::<$axis>(start.lo));
+            let hi = s.mul_add(s.convert_u8(words[5 + $axis]), step, s.spread::<$axis>(start.hi));
+            // Which of them the ray meets first depends on its direction.
+            tnear = s.max(s.min(lo, hi), tnear);
+            tfar = s.min(s.max(lo, hi), tfar);
+        };
+    }
+    cut!(0);
+    cut!(1);
+    cut!(2);
+    Slabs { tnear, tfar }
 }

@@ -1,12 +1,15 @@
-//! One traversal compiled for several instruction sets, and the choice between them: the only unsafe code of
-//! this crate.
+//! One tracer compiled for several instruction sets, and the choice between them: the only unsafe code of this
+//! crate beside that of the instruction sets themselves.
 #![allow(unsafe_code)]
 
+use crate::packet::{PACKET, Packet};
 use crate::scene::Scene;
+use crate::simd::Simd;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::avx2::Avx2;
 use crate::simd::portable::Portable;
-use crate::traverse::{Stacks, trace};
+use crate::stream::{WALKS, trace_stream};
+use crate::walk::Walk;
 use raystrips_geom::{Hit, Ray};
 
 /// Instructions that a tracer uses. All give the same bits.
@@ -14,8 +17,10 @@ use raystrips_geom::{Hit, Ray};
 pub enum Kernel {
     /// What every processor of the architecture has.
     Portable,
-    /// x86-64 with AVX2: eight lanes.
+    /// x86-64 with AVX2 and FMA: eight lanes.
     Avx2,
+    /// The same operations on x86-64 with AVX-512, whose masks and twice as many registers make them shorter.
+    Avx512,
 }
 
 impl Kernel {
@@ -27,8 +32,21 @@ impl Kernel {
     /// All that this processor has, the slowest first.
     pub fn available() -> &'static [Kernel] {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            return &[Kernel::Portable, Kernel::Avx2];
+        {
+            use std::arch::is_x86_feature_detected as has;
+            let has_avx2 = has!("avx2")
+                && has!("fma")
+                && has!("popcnt")
+                && has!("bmi1")
+                && has!("bmi2")
+                && has!("lzcnt");
+            let has_avx512 = has!("avx512f") && has!("avx512vl") && has!("avx512bw") && has!("avx512dq");
+            if has_avx2 && has_avx512 {
+                return &[Kernel::Portable, Kernel::Avx2, Kernel::Avx512];
+            }
+            if has_avx2 {
+                return &[Kernel::Portable, Kernel::Avx2];
+            }
         }
         &[Kernel::Portable]
     }
@@ -38,6 +56,7 @@ impl Kernel {
         match self {
             Kernel::Portable => "portable",
             Kernel::Avx2 => "avx2",
+            Kernel::Avx512 => "avx512",
         }
     }
 }
@@ -46,8 +65,13 @@ impl Kernel {
 pub struct Tracer<'s> {
     scene: &'s Scene,
     kernel: Kernel,
-    stacks: Stacks,
+    closest: Walks<'s, false>,
+    any: Walks<'s, true>,
+    packet: Packet,
 }
+
+/// Rays under way.
+type Walks<'s, const ANY: bool> = Box<[Walk<'s, ANY>; WALKS]>;
 
 impl<'s> Tracer<'s> {
     /// A tracer with the fastest kernel of this processor.
@@ -61,42 +85,113 @@ impl<'s> Tracer<'s> {
     /// If this processor does not have it.
     pub fn with_kernel(scene: &'s Scene, kernel: Kernel) -> Tracer<'s> {
         assert!(Kernel::available().contains(&kernel), "this processor lacks {}", kernel.name());
-        Tracer { scene, kernel, stacks: Stacks::for_scene(scene) }
+        Tracer {
+            scene,
+            kernel,
+            closest: Box::new(std::array::from_fn(|_| Walk::idle(scene))),
+            any: Box::new(std::array::from_fn(|_| Walk::idle(scene))),
+            packet: Packet::new(),
+        }
     }
 
     /// Closest hit: the triangle with the least `tnear <= t <= tfar`, the first in the pack of several at the
     /// same distance; [`Hit::MISS`] if there is none. Both faces are hit. Rays that are not
     /// [valid](Ray::is_valid) miss.
-    #[inline]
     pub fn intersect(&mut self, ray: &Ray) -> Hit {
-        self.trace::<false>(ray)
+        single(self.kernel, self.scene, &mut self.closest[0], ray)
     }
 
     /// Any hit: whether a triangle lies between `tnear` and `tfar`.
-    #[inline]
     pub fn occluded(&mut self, ray: &Ray) -> bool {
-        self.trace::<true>(ray).is_hit()
+        single(self.kernel, self.scene, &mut self.any[0], ray).is_hit()
     }
 
-    #[inline]
-    fn trace<const ANY: bool>(&mut self, ray: &Ray) -> Hit {
-        if !ray.is_valid() {
-            return Hit::MISS;
-        }
-        match self.kernel {
-            Kernel::Portable => trace::<_, ANY>(Portable, self.scene, &mut self.stacks, ray),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: the constructor made sure that the processor has AVX2.
-            Kernel::Avx2 => unsafe { trace_avx2::<ANY>(self.scene, &mut self.stacks, ray) },
-            #[cfg(not(target_arch = "x86_64"))]
-            Kernel::Avx2 => unreachable!("the constructor refuses kernels of other processors"),
+    /// Closest hits of `rays`, `hits[i]` for `rays[i]`: the same as one by one, and faster from some dozen rays on.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn intersect_batch(&mut self, rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len());
+        stream(self.kernel, self.scene, &mut self.closest, rays, &mut |i, hit| hits[i] = hit);
+    }
+
+    /// Whether something lies on each of `rays`, `occluded[i]` for `rays[i]`.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn occluded_batch(&mut self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len());
+        stream(self.kernel, self.scene, &mut self.any, rays, &mut |i, hit| occluded[i] = hit.is_hit());
+    }
+
+    /// Closest hits of rays that keep together, such as the camera rays of a block of pixels: up to 64 of them from
+    /// one origin are traced as one; more are cut into such packets. The hits are the same as one by one, and of
+    /// rays that do not keep together are found that way.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn intersect_packet(&mut self, rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len());
+        for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+            if !packet(self.kernel, self.scene, &mut self.packet, &mut self.closest[0], rays, hits) {
+                self.intersect_batch(rays, hits);
+            }
         }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn trace_avx2<const ANY: bool>(scene: &Scene, stacks: &mut Stacks, ray: &Ray) -> Hit {
-    // SAFETY: this function is only called where there is AVX2.
-    trace::<_, ANY>(unsafe { Avx2::assume() }, scene, stacks, ray)
+/// A function that is compiled for each kernel from one that takes the instructions as its first argument.
+macro_rules! for_each_kernel {
+    ($(fn $name:ident<$s:lifetime $(, const $any:ident: bool)?>($($arg:ident: $type:ty),*) -> $result:ty = $generic:path;)*) => {$(
+        fn $name<$s $(, const $any: bool)?>(kernel: Kernel, $($arg: $type),*) -> $result {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
+            fn avx2<$s $(, const $any: bool)?>($($arg: $type),*) -> $result {
+                // SAFETY: this function is only called where there are AVX2 and FMA.
+                $generic(unsafe { Avx2::assume() }, $($arg),*)
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2,lzcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+            fn avx512<$s $(, const $any: bool)?>($($arg: $type),*) -> $result {
+                // SAFETY: this function is only called where there are AVX2 and FMA.
+                $generic(unsafe { Avx2::assume() }, $($arg),*)
+            }
+            match kernel {
+                Kernel::Portable => $generic(Portable, $($arg),*),
+                // SAFETY: the constructor of a tracer made sure that the processor has these instructions.
+                #[cfg(target_arch = "x86_64")]
+                Kernel::Avx2 => unsafe { avx2($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                Kernel::Avx512 => unsafe { avx512($($arg),*) },
+                #[cfg(not(target_arch = "x86_64"))]
+                _ => unreachable!("the constructor refuses kernels of other processors"),
+            }
+        }
+    )*};
+}
+
+for_each_kernel! {
+    fn single<'s, const ANY: bool>(scene: &'s Scene, walk: &mut Walk<'s, ANY>, ray: &Ray) -> Hit = trace_single;
+    fn stream<'s, const ANY: bool>(
+        scene: &'s Scene, walks: &mut [Walk<'s, ANY>; WALKS], rays: &[Ray], done: &mut dyn FnMut(usize, Hit)
+    ) -> () = trace_stream;
+    fn packet<'s>(
+        scene: &'s Scene, packet: &mut Packet, single: &mut Walk<'s, false>, rays: &[Ray], hits: &mut [Hit]
+    ) -> bool = Packet::trace;
+}
+
+#[inline(always)]
+fn trace_single<'s, S: Simd, const ANY: bool>(
+    s: S,
+    scene: &'s Scene,
+    walk: &mut Walk<'s, ANY>,
+    ray: &Ray,
+) -> Hit {
+    if !ray.is_valid() {
+        return Hit::MISS;
+    }
+    walk.begin(s, scene, ray);
+    walk.finish(s, scene);
+    walk.hit()
 }

@@ -7,18 +7,20 @@
 //! - **Watertight**: a ray that meets a closed mesh hits it, also at edges and vertices ([`window`]), and no box
 //!   on the way loses it ([`boxes`]).
 //! - **One answer**: the hit does not depend on the order in which triangles are met, on threads, or on the
-//!   instructions used. It is the least of (distance, place in the pack) over all triangles hit, where the
-//!   distance is never less than the entry into any box around the triangle, so that skipping what lies behind
-//!   the best hit can never skip a better one.
+//!   instructions used. It is the least of (distance, place in the pack) over all triangles hit. Boxes are wide
+//!   enough that their entry is never behind a hit in them, so that skipping what lies behind the best hit can
+//!   never skip a better one.
 
 mod batch;
 mod boxes;
 mod kernel;
+mod packet;
 mod prepared;
 mod scene;
 mod simd;
+mod stream;
 mod strip;
-mod traverse;
+mod walk;
 mod window;
 
 pub use batch::{intersect_batch, occluded_batch};

@@ -1,6 +1,5 @@
 //! What all tests of one ray share, computed once.
 
-use glam::Vec3;
 use raystrips_geom::Ray;
 
 /// A direction component is taken for at least this share of the largest when it is inverted for box tests. Over
@@ -8,27 +7,21 @@ use raystrips_geom::Ray;
 const LEAST_SHARE: f32 = 1e-12;
 
 /// A ray ready for tests.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedRay {
-    pub org: Vec3,
+    /// Origin and inverse direction for box tests.
+    pub org: [f32; 4],
+    pub inv_dir: [f32; 4],
     pub tnear: f32,
     pub tfar: f32,
-    /// Inverse direction for box tests.
-    pub inv_dir: [f32; 3],
-    /// Whether it runs up each axis.
-    pub forward: [bool; 3],
-    /// The axes x, y, z of the sheared space, z being that along which the ray runs fastest: one more than the
-    /// number of each, after a zero.
-    pub order: [i32; 4],
+    /// The axes x, y, z of the sheared space, z being that along which the ray runs fastest.
+    pub axes: [u32; 3],
     /// Origin along those axes.
-    pub org_x: f32,
-    pub org_y: f32,
-    pub org_z: f32,
-    /// Shear that turns the ray into the z axis (Woop, Benthin, Wald 2013).
-    pub shear_x: f32,
-    pub shear_y: f32,
+    pub org_sheared: [f32; 3],
+    /// Shear of x and y that turns the ray into the z axis (Woop, Benthin, Wald 2013).
+    pub shear: [f32; 2],
     /// The same in f64, and the inverse of the direction along z.
-    pub exact_shear_x: f64,
-    pub exact_shear_y: f64,
+    pub exact_shear: [f64; 2],
     pub exact_inverse_z: f64,
 }
 
@@ -48,22 +41,17 @@ impl PreparedRay {
         let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
         let inv_dir = [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)];
         let exact_inverse_z = 1.0 / f64::from(ray.dir[kz]);
-        let exact_shear_x = f64::from(ray.dir[kx]) * exact_inverse_z;
-        let exact_shear_y = f64::from(ray.dir[ky]) * exact_inverse_z;
+        let exact_shear =
+            [f64::from(ray.dir[kx]) * exact_inverse_z, f64::from(ray.dir[ky]) * exact_inverse_z];
         PreparedRay {
-            org: ray.org,
+            org: [ray.org.x, ray.org.y, ray.org.z, 0.0],
+            inv_dir: [inv_dir[0], inv_dir[1], inv_dir[2], 0.0],
             tnear: ray.tnear,
             tfar: ray.tfar,
-            inv_dir,
-            forward: [inv_dir[0] >= 0.0, inv_dir[1] >= 0.0, inv_dir[2] >= 0.0],
-            order: [0, 1 + kx as i32, 1 + ky as i32, 1 + kz as i32],
-            org_x: ray.org[kx],
-            org_y: ray.org[ky],
-            org_z: ray.org[kz],
-            shear_x: exact_shear_x as f32,
-            shear_y: exact_shear_y as f32,
-            exact_shear_x,
-            exact_shear_y,
+            axes: [kx as u32, ky as u32, kz as u32],
+            org_sheared: [ray.org[kx], ray.org[ky], ray.org[kz]],
+            shear: [exact_shear[0] as f32, exact_shear[1] as f32],
+            exact_shear,
             exact_inverse_z,
         }
     }

@@ -38,9 +38,10 @@ impl Locator {
         Locator(u64::from(page) << 32)
     }
 
+    /// `strip`: number of the cluster, eight bits, and of the strip in it, sixteen.
     #[inline(always)]
-    pub fn with_strip(self, cluster: u8, offset: u16) -> Locator {
-        Locator(self.0 & !0xFFFF_FFFF | u64::from(cluster) << 24 | u64::from(offset) << 8)
+    pub fn with_strip(self, strip: u32) -> Locator {
+        Locator(self.0 & !0xFFFF_FFFF | u64::from(strip) << 8)
     }
 
     #[inline(always)]
@@ -91,11 +92,11 @@ impl Scene {
     /// # Panics
     /// If `hit` is a miss or of another scene.
     pub fn resolve(&self, hit: &Hit) -> ResolvedHit {
-        let (page, cluster, offset, triangle) = Locator(hit.prim_id).parts();
-        let cluster = self.pages.page(page).cluster(cluster);
-        let index = cluster.triangle_index(offset, triangle);
-        let vertices = cluster.vertices();
-        let corners = cluster.strip(offset).triangle(triangle).map(|v| vertices[usize::from(v)]);
+        let (page, cluster, strip, triangle) = Locator(hit.prim_id).parts();
+        let page = self.pages.page(page);
+        let cluster = page.cluster(cluster);
+        let index = cluster.triangle_index(strip, triangle);
+        let corners = page.strip(strip).triangle(triangle).map(|v| cluster.vertex(v));
         let number = cluster.first_triangle() + index as u64;
         let here =
             ResolvedHit { geometry: cluster.geometry(index), triangle: number, corners, u: hit.u, v: hit.v };
@@ -110,10 +111,10 @@ impl Scene {
         let pages = (0..self.pages.pack().directory.len()).map(|id| self.pages.page(id as PageId));
         pages.flat_map(|page| (0..page.cluster_count()).map(move |c| page.cluster(c))).flat_map(|cluster| {
             let triangles =
-                cluster.strips().flat_map(|(_, s)| (0..s.triangle_count()).map(move |i| s.triangle(i)));
-            triangles.enumerate().map(move |(i, corners)| {
-                (cluster.geometry(i), corners.map(|v| cluster.vertices()[usize::from(v)]))
-            })
+                cluster.strips().flat_map(|s| (0..s.triangle_count()).map(move |i| s.triangle(i)));
+            triangles
+                .enumerate()
+                .map(move |(i, corners)| (cluster.geometry(i), corners.map(|v| cluster.vertex(v))))
         })
     }
 
@@ -140,10 +141,6 @@ impl Scene {
     #[inline(always)]
     pub(crate) fn page(&self, id: PageId) -> PageView<'_> {
         self.pages.page(id)
-    }
-
-    pub(crate) fn depth(&self) -> usize {
-        self.manifest().depth as usize
     }
 }
 

@@ -3,12 +3,12 @@
 //! Corrected: a range is cut at the planes for the near and for the far part alike; a part on the stack that
 //! lies behind the best hit is left; rays almost along a split plane are covered by the slack of the planes.
 
-use crate::boxes::{RayGrid, max, min};
+use crate::boxes::RayGrid;
 use crate::prepared::PreparedRay;
-use crate::simd::Simd;
-use crate::window::{WindowHit, test_window};
-use raystrips_geom::strip::WINDOW_TRIANGLES;
-use raystrips_pack::StripView;
+use crate::simd::{LANES, Simd};
+use crate::window::{Candidates, WindowHit};
+use raystrips_pack::strip_record::SPLIT_PLANE_STEP;
+use raystrips_pack::{ClusterView, StripView, WindowHead};
 
 /// Windows of a strip still to be tested: the subtree at `node` over `count` windows from `first`.
 #[derive(Clone, Copy, Default)]
@@ -23,25 +23,27 @@ struct Part {
 /// Most parts that wait: one a level of a tree over at most 43 windows, and one.
 const STACK: usize = 8;
 
-/// Tests the strip against the ray, which is inside its box from `tnear` to `tfar`, and tells `found` of every
-/// triangle that it meets. `grid` is that of the node which holds the strip; a strip of one window needs none.
+/// Takes the triangles of a strip that were hit.
+pub(crate) trait StripHits {
+    /// Up to where hits still matter.
+    fn limit(&self) -> f32;
+    /// A triangle of window number `window` was hit. With `reversed`, the windows before flip the winding of this one.
+    fn hit(&mut self, head: WindowHead, reversed: bool, window: usize, hit: WindowHit);
+}
+
+/// Tests a strip of several windows against the ray and tells `found` of every triangle that it meets. `grid` is that
+/// of the page.
 #[inline(always)]
-pub(crate) fn test_strip<S: Simd>(
+pub(crate) fn test_long_strip<S: Simd>(
     s: S,
     ray: &PreparedRay,
-    grid: impl FnOnce() -> RayGrid,
+    grid: &RayGrid,
+    cluster: &ClusterView,
     strip: &StripView,
-    points: &[f32],
-    (tnear, tfar): (f32, f32),
     found: &mut impl StripHits,
 ) {
-    if strip.window_count() == 1 {
-        test_window(s, ray, points, strip.window(0), |hit| found.hit(strip, hit, tnear));
-        return;
-    }
-    let grid = grid();
     let mut stack = [Part::default(); STACK];
-    stack[0] = Part { node: 0, first: 0, count: strip.window_count(), tnear, tfar };
+    stack[0] = Part { node: 0, first: 0, count: strip.window_count(), tnear: ray.tnear, tfar: found.limit() };
     let mut waiting = 1;
     while waiting > 0 {
         waiting -= 1;
@@ -50,25 +52,18 @@ pub(crate) fn test_strip<S: Simd>(
             continue;
         }
         if part.count == 1 {
-            test_window(s, ray, points, strip.window(part.first), |mut hit| {
-                hit.triangle += part.first * WINDOW_TRIANGLES;
-                found.hit(strip, hit, part.tnear);
-            });
+            let (head, refs) = strip.window(part.first);
+            let flips = strip.is_reversed_before(part.first);
+            let mut candidates = Candidates::NONE;
+            candidates.find(s, ray, head, &eight(refs, head.count()), cluster);
+            candidates.meet(s, ray, |hit| found.hit(head, flips, part.first, hit));
         } else {
-            let (near, far) = split(ray, &grid, strip, &part);
+            let (near, far) = split(ray, grid, strip, &part);
             stack[waiting] = far;
             stack[waiting + 1] = near;
             waiting += 2;
         }
     }
-}
-
-/// Takes the triangles of a strip that were hit.
-pub(crate) trait StripHits {
-    /// Up to where hits still matter.
-    fn limit(&self) -> f32;
-    /// A triangle was hit, the one at `hit.triangle` in the strip, in a window whose box is entered at `entry`.
-    fn hit(&mut self, strip: &StripView, hit: WindowHit, entry: f32);
 }
 
 /// The two halves of `part`, the one that the ray meets first being first.
@@ -85,13 +80,19 @@ fn split(ray: &PreparedRay, grid: &RayGrid, strip: &StripView, part: &Part) -> (
         ..*part
     };
     let (lower, upper) = if split.reversed { (right, left) } else { (left, right) };
-    let at = |plane: u8| f32::from(plane) * grid.step[axis];
-    let (near, far, near_plane, far_plane) = if ray.forward[axis] {
-        (lower, upper, split.lower_max, split.upper_min)
+    let along = |plane: u16| f32::from(plane) * f32::from(SPLIT_PLANE_STEP) * grid.step[axis];
+    let (near, far, exit, entry) = if ray.inv_dir[axis] >= 0.0 {
+        (lower, upper, along(split.lower_max) + grid.hi[axis], along(split.upper_min) + grid.lo[axis])
     } else {
-        (upper, lower, split.upper_min, split.lower_max)
+        (upper, lower, along(split.upper_min) + grid.lo[axis], along(split.lower_max) + grid.hi[axis])
     };
-    let exit = at(near_plane) + grid.after[axis];
-    let entry = at(far_plane) + grid.before[axis];
-    (Part { tfar: min(exit, part.tfar), ..near }, Part { tnear: max(entry, part.tnear), ..far })
+    // Not f32::min and max: a distance that is NaN is passed over.
+    let tfar = if exit < part.tfar { exit } else { part.tfar };
+    let tnear = if entry > part.tnear { entry } else { part.tnear };
+    (Part { tfar, ..near }, Part { tnear, ..far })
+}
+
+/// The vertices of a window of `count` triangles; the last one stands for those that a short window lacks.
+fn eight(refs: &[u8], count: usize) -> [u8; LANES] {
+    std::array::from_fn(|k| refs[k.min(count + 1)])
 }

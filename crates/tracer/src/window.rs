@@ -13,10 +13,10 @@
 //! Where it is met is computed in f64 from the vertices as they are, for the few triangles that are. In f32 the
 //! distance of a triangle seen from its side would be off by many times the rounding of its vertices.
 
-use crate::boxes::each;
 use crate::prepared::PreparedRay;
 use crate::simd::{LANES, Simd, Words};
 use raystrips_geom::strip::WINDOW_TRIANGLES;
+use raystrips_pack::{ClusterView, WindowHead};
 
 /// A triangle of a window that the ray meets.
 pub(crate) struct WindowHit {
@@ -27,57 +27,107 @@ pub(crate) struct WindowHit {
     pub v: f32,
 }
 
-/// Calls `found` for every triangle of the window that the ray meets with `tnear <= t <= tfar`, `t` finite. The
-/// window has `count` triangles, turn bits and vertices; see [`Simd::gather`] for `points`.
-#[inline(always)]
-pub(crate) fn test_window<S: Simd>(
-    s: S,
-    ray: &PreparedRay,
-    points: &[f32],
-    (count, turns, refs): (usize, u8, &[u8]),
-    mut found: impl FnMut(WindowHit),
-) {
-    let [x, y, z] = s.gather(points, &eight(refs), &ray.order);
-    let z = s.sub(z, s.splat(ray.org_z));
-    let x = s.sub(s.sub(x, s.splat(ray.org_x)), s.mul(s.splat(ray.shear_x), z));
-    let y = s.sub(s.sub(y, s.splat(ray.org_y)), s.mul(s.splat(ray.shear_y), z));
+/// The triangles of a window that a ray may meet: what the test of all at once leaves to be looked at one by one.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidates {
+    /// Bit *k*: triangle *k*.
+    pub mask: u32,
+    /// Those of which an edge function is zero in f32.
+    on_edge: u32,
+    head: WindowHead,
+    /// Vertices, by axis.
+    vertices: [[f32; LANES]; 4],
+    /// Sheared vertices.
+    x: [f32; LANES],
+    y: [f32; LANES],
+}
 
-    let turns = &TURNS[usize::from(turns >> 1) & 31];
-    let at = |v: S::F, lanes: &Words| s.permute(v, lanes);
-    let edge = |ax: S::F, ay: S::F, bx: S::F, by: S::F| s.sub(s.mul(ax, by), s.mul(ay, bx));
-    // Edges from vertex k to k + 1; from k + 2 to the pivot; from the pivot to k + 1.
-    let along = edge(x, y, at(x, &NEXT), at(y, &NEXT));
-    let (pivot_x, pivot_y) = (at(x, &turns.pivot), at(y, &turns.pivot));
-    let closing = edge(at(x, &SECOND_NEXT), at(y, &SECOND_NEXT), pivot_x, pivot_y);
-    let opening = s.select(&turns.mask, s.neg(at(closing, &PREVIOUS)), along);
+impl Candidates {
+    pub const NONE: Candidates = Candidates {
+        mask: 0,
+        on_edge: 0,
+        head: WindowHead(0),
+        vertices: [[0.0; LANES]; 4],
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+    };
 
-    // The weight of a corner is the edge function of the other two.
-    let (a, b, c) = (at(along, &NEXT), closing, opening);
-    let zero = s.splat(0.0);
-    let least = s.min(s.min(a, b), c);
-    let greatest = s.max(s.max(a, b), c);
-    let mut inside = (s.le(zero, least) | s.le(greatest, zero)) & ((1 << count) - 1);
-    if inside == 0 {
-        return;
+    /// Those of a window. Of fewer than eight vertices the last one is repeated. No branch depends on what is found.
+    #[inline(always)]
+    pub fn find<S: Simd>(
+        &mut self,
+        s: S,
+        ray: &PreparedRay,
+        head: WindowHead,
+        refs: &[u8; LANES],
+        cluster: &ClusterView,
+    ) {
+        self.decode(s, head, refs, cluster);
+        self.test(s, ray);
     }
-    let on_edge = inside & (s.eq(a, zero) | s.eq(b, zero) | s.eq(c, zero));
-    if on_edge != 0 {
-        let (x, y) = (s.store(x), s.store(y));
-        for k in lanes_of(on_edge) {
-            let corners = [turns.pivot.0[k] as usize, k + 1, k + 2];
-            inside &= !(u32::from(passes_outside(corners.map(|i| x[i]), corners.map(|i| y[i]))) << k);
-        }
+
+    /// Takes in the vertices of a window.
+    #[inline(always)]
+    pub fn decode<S: Simd>(&mut self, s: S, head: WindowHead, refs: &[u8; LANES], cluster: &ClusterView) {
+        let [x, y, z] = s.decode(cluster.vertex_bytes(), cluster.vertex_code(), refs);
+        (self.vertices[0], self.vertices[1], self.vertices[2]) = (s.store(x), s.store(y), s.store(z));
+        self.head = head;
     }
-    for k in lanes_of(inside) {
-        let corner = |i: usize| {
-            let first = 1 + 3 * usize::from(refs[i]);
-            [points[first], points[first + 1], points[first + 2]]
+
+    /// Tests the window that was decoded.
+    #[inline(always)]
+    pub fn test<S: Simd>(&mut self, s: S, ray: &PreparedRay) {
+        let along = |i: usize| {
+            let vertices = s.load(&self.vertices[ray.axes[i] as usize & 3]);
+            s.sub(vertices, s.splat(ray.org_sheared[i]))
         };
-        let corners = [corner(turns.pivot.0[k] as usize), corner(k + 1), corner(k + 2)];
-        if let Some((t, u, v)) = meet(ray, corners) {
-            found(WindowHit { triangle: k, t, u, v });
+        let z = along(2);
+        let x = s.sub(along(0), s.mul(s.splat(ray.shear[0]), z));
+        let y = s.sub(along(1), s.mul(s.splat(ray.shear[1]), z));
+        (self.x, self.y) = (s.store(x), s.store(y));
+
+        let turns = turns_of(self.head);
+        let at = |v: S::F, lanes: &Words| s.permute(v, lanes);
+        let edge = |ax: S::F, ay: S::F, bx: S::F, by: S::F| s.sub(s.mul(ax, by), s.mul(ay, bx));
+        // Edges from vertex k to k + 1; from k + 2 to the pivot; from the pivot to k + 1.
+        let along = edge(x, y, at(x, &NEXT), at(y, &NEXT));
+        let (pivot_x, pivot_y) = (at(x, &turns.pivot), at(y, &turns.pivot));
+        let closing = edge(at(x, &SECOND_NEXT), at(y, &SECOND_NEXT), pivot_x, pivot_y);
+        let opening = s.select(&turns.mask, s.neg(at(closing, &PREVIOUS)), along);
+
+        // The weight of a corner is the edge function of the other two.
+        let (a, b, c) = (at(along, &NEXT), closing, opening);
+        let zero = s.splat(0.0);
+        let least = s.min(s.min(a, b), c);
+        let greatest = s.max(s.max(a, b), c);
+        self.mask = (s.le(zero, least) | s.le(greatest, zero)) & ((1 << self.head.count()) - 1);
+        self.on_edge = self.mask & (s.eq(a, zero) | s.eq(b, zero) | s.eq(c, zero));
+    }
+
+    /// Calls `found` for every triangle that the ray meets with `tnear <= t <= tfar`, `t` finite.
+    #[inline(always)]
+    pub fn meet<S: Simd>(&self, s: S, ray: &PreparedRay, mut found: impl FnMut(WindowHit)) {
+        let pivots = &turns_of(self.head).pivot.0;
+        for k in lanes_of(self.mask) {
+            let three = [pivots[k] as usize % LANES, (k + 1) % LANES, (k + 2) % LANES];
+            let is_on_edge = self.on_edge >> k & 1 == 1;
+            if is_on_edge && passes_outside(three.map(|i| self.x[i]), three.map(|i| self.y[i])) {
+                continue;
+            }
+            let along = |i: usize| {
+                let vertices = &self.vertices[ray.axes[i] as usize & 3];
+                [vertices[three[0]], vertices[three[1]], vertices[three[2]], 0.0]
+            };
+            if let Some((t, u, v)) = meet(s, ray, [along(0), along(1), along(2)]) {
+                found(WindowHit { triangle: k, t, u, v });
+            }
         }
     }
+}
+
+#[inline(always)]
+fn turns_of(head: WindowHead) -> &'static Turns {
+    &TURNS[usize::from(head.turns() >> 1) & 31]
 }
 
 /// The places of the bits that are set.
@@ -90,15 +140,6 @@ fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The vertices of a window; the last one stands for those that a short window lacks.
-#[inline(always)]
-fn eight(refs: &[u8]) -> [u8; LANES] {
-    match refs.first_chunk() {
-        Some(full) => *full,
-        None => std::array::from_fn(|k| refs[k.min(refs.len() - 1)]),
-    }
-}
-
 /// Whether the ray passes outside of a sheared triangle, one of whose edge functions is zero in f32.
 #[cold]
 #[inline(never)]
@@ -109,26 +150,28 @@ fn passes_outside(x: [f32; 3], y: [f32; 3]) -> bool {
 }
 
 /// Distance and weights of the second and third corner where the ray meets a triangle that it does not pass
-/// outside of. `None` for a triangle seen exactly from its side, and where the ray ends before or begins after.
+/// outside of: `corners[axis][corner]`, axes as the ray has them. `None` for a triangle seen exactly from its side,
+/// and where the ray ends before or begins after.
 #[inline(always)]
-fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
-    let [kx, ky, kz] = each(|i| ray.order[1 + i] as usize - 1);
-    let z = each(|i| f64::from(corners[i][kz]) - f64::from(ray.org_z));
-    let along =
-        |k: usize, org: f32, shear: f64| each(|i| f64::from(corners[i][k]) - f64::from(org) - shear * z[i]);
-    let x = along(kx, ray.org_x, ray.exact_shear_x);
-    let y = along(ky, ray.org_y, ray.exact_shear_y);
-    let edge = |a: usize, b: usize| x[a] * y[b] - y[a] * x[b];
-    let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
-    let sum: f64 = edges[0] + edges[1] + edges[2];
+fn meet<S: Simd>(s: S, ray: &PreparedRay, corners: [[f32; 4]; 3]) -> Option<(f32, f32, f32)> {
+    let from_org = |i: usize| s.sub64(s.widen(&corners[i]), s.splat64(f64::from(ray.org_sheared[i])));
+    let z = from_org(2);
+    let shear = |i: usize| s.sub64(from_org(i), s.mul64(s.splat64(ray.exact_shear[i]), z));
+    let (x, y) = (shear(0), shear(1));
+    // The weight of a corner is the edge function of the other two.
+    let (x1, y1) = (s.rotate64::<1>(x), s.rotate64::<1>(y));
+    let (x2, y2) = (s.rotate64::<2>(x), s.rotate64::<2>(y));
+    let [edge0, edge1, edge2, _] = s.store64(s.sub64(s.mul64(x1, y2), s.mul64(y1, x2)));
+    let sum = edge0 + edge1 + edge2;
     if sum == 0.0 {
         return None;
     }
     let inverse = 1.0 / sum;
-    let mut weights = each(|i| edges[i] * inverse);
+    let mut weights = [edge0 * inverse, edge1 * inverse, edge2 * inverse];
     if weights[0] < 0.0 || weights[1] < 0.0 || weights[2] < 0.0 {
-        weights = nearest_on_border(&x, &y);
+        weights = nearest_on_border(&s.store64(x), &s.store64(y));
     }
+    let z = s.store64(z);
     let depth = weights[0] * z[0] + weights[1] * z[1] + weights[2] * z[2];
     let t = (depth * ray.exact_inverse_z) as f32;
     let on_segment = ray.tnear <= t && t <= ray.tfar && t < f32::INFINITY;
@@ -140,7 +183,7 @@ fn meet(ray: &PreparedRay, corners: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
 /// point far away if the triangle is seen almost from its side.
 #[cold]
 #[inline(never)]
-fn nearest_on_border(x: &[f64; 3], y: &[f64; 3]) -> [f64; 3] {
+fn nearest_on_border(x: &[f64; 4], y: &[f64; 4]) -> [f64; 3] {
     let mut nearest = (f64::INFINITY, [1.0, 0.0, 0.0]);
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (dx, dy) = (x[j] - x[i], y[j] - y[i]);

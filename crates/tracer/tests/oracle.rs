@@ -61,6 +61,12 @@ fn check(model: &Model, count: u64) -> Report {
         let mut tracer = Tracer::with_kernel(&model.scene, kernel);
         let found: Vec<Hit> = rays.iter().map(|ray| tracer.intersect(ray)).collect();
         assert!(rays.iter().zip(&found).all(|(ray, hit)| tracer.occluded(ray) == hit.is_hit()));
+        let mut batch = vec![Hit::MISS; rays.len()];
+        tracer.intersect_batch(&rays, &mut batch);
+        assert!(batch == found, "a batch differs from single rays on {}", model.name);
+        let mut occluded = vec![false; rays.len()];
+        tracer.occluded_batch(&rays, &mut occluded);
+        assert!(occluded.iter().zip(&found).all(|(&any, hit)| any == hit.is_hit()));
         assert!(hits.is_empty() || hits == found, "kernels differ on {}", model.name);
         hits = found;
     }

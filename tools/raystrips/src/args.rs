@@ -2,6 +2,7 @@
 
 use crate::units::parse_size;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use raystrips_convert::Positions;
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -50,6 +51,11 @@ pub struct ConvertOptions {
     /// Longer strips make a smaller pack and slower rays.
     #[arg(long, value_name = "WINDOWS", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=42))]
     pub strip_windows: u8,
+
+    /// Keep positions as they are (exact), or on one grid for the whole scene (grid, or grid:BITS for other than 16
+    /// bits along its longest side). A grid makes a smaller pack; `info` tells how far vertices were moved.
+    #[arg(long, value_name = "exact|grid[:BITS]", default_value = "exact", value_parser = parse_positions)]
+    pub positions: Positions,
 
     /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
     #[arg(long)]
@@ -163,8 +169,13 @@ pub struct TraceArgs {
     pub output: Option<PathBuf>,
 
     /// Only tell whether something is on each ray.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "packets")]
     pub occluded: bool,
+
+    /// Trace each 64 rays in a row as a packet: for rays from one point in nearly one direction, such as the camera
+    /// rays of blocks of 8 x 8 pixels. The hits are the same.
+    #[arg(long)]
+    pub packets: bool,
 
     /// Threads.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -174,7 +185,7 @@ pub struct TraceArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
 
-    /// Instructions to use: portable, or avx2 where the processor has it [default: the fastest].
+    /// Instructions to use: portable, or avx2 or avx512 where the processor has them [default: the fastest].
     #[arg(long, value_name = "KERNEL")]
     pub kernel: Option<String>,
 
@@ -199,6 +210,18 @@ pub struct InfoArgs {
 pub struct VerifyArgs {
     /// The pack.
     pub pack: PathBuf,
+}
+
+fn parse_positions(text: &str) -> Result<Positions, String> {
+    let bits = match text {
+        "exact" => return Ok(Positions::Exact),
+        "grid" => Ok(16),
+        _ => text.strip_prefix("grid:").unwrap_or_default().parse(),
+    };
+    match bits {
+        Ok(bits @ 4..=23) => Ok(Positions::Grid { bits }),
+        _ => Err("neither exact, nor grid, nor grid:BITS with 4 to 23 bits".into()),
+    }
 }
 
 fn parse_page_size(text: &str) -> Result<u32, String> {

@@ -1,7 +1,9 @@
 //! Eight f32 as an array: for every processor, and what the other implementations are compared with.
 
-use super::{LANES, Simd, Words};
-use crate::boxes::{each, max, min};
+use super::{KEY_LANE, LANES, Simd, Words};
+use crate::boxes::Slabs;
+use raystrips_geom::grid::power_of_two;
+use raystrips_pack::VertexCode;
 use std::array::from_fn;
 
 /// Instructions that every processor has.
@@ -10,10 +12,22 @@ pub(crate) struct Portable;
 
 impl Simd for Portable {
     type F = [f32; LANES];
+    type I = [u32; LANES];
+    type D = [f64; 4];
 
     #[inline(always)]
     fn splat(self, x: f32) -> Self::F {
         [x; LANES]
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; LANES]) -> Self::F {
+        *x
+    }
+
+    #[inline(always)]
+    fn load_words(self, x: &[u32; LANES]) -> Self::I {
+        *x
     }
 
     #[inline(always)]
@@ -22,8 +36,35 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn convert(self, x: &[u8; LANES]) -> Self::F {
-        from_fn(|i| f32::from(x[i]))
+    fn count_from(self, first: u32) -> Self::I {
+        from_fn(|i| first + i as u32)
+    }
+
+    #[inline(always)]
+    fn convert_u8(self, x: u64) -> Self::F {
+        x.to_le_bytes().map(f32::from)
+    }
+
+    #[inline(always)]
+    fn load_twice(self, x: &[f32; 4]) -> Self::F {
+        from_fn(|i| x[i % 4])
+    }
+
+    #[inline(always)]
+    fn convert_u16_twice(self, x: u64) -> Self::F {
+        from_fn(|i| f32::from((x >> (16 * (i % 4))) as u16))
+    }
+
+    #[inline(always)]
+    fn powers_of_two_twice(self, x: u32) -> Self::F {
+        let exponents = x.to_le_bytes().map(|e| e as i8);
+        // The fourth byte means something else.
+        from_fn(|i| if i % 4 < 3 { power_of_two(exponents[i % 4]) } else { 0.0 })
+    }
+
+    #[inline(always)]
+    fn spread<const LANE: i32>(self, x: Self::F) -> Self::F {
+        from_fn(|i| x[i / 4 * 4 + LANE as usize])
     }
 
     #[inline(always)]
@@ -39,6 +80,16 @@ impl Simd for Portable {
     #[inline(always)]
     fn mul(self, a: Self::F, b: Self::F) -> Self::F {
         from_fn(|i| a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        from_fn(|i| a[i] * b[i] + c[i])
+    }
+
+    #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        a.map(f32::abs)
     }
 
     #[inline(always)]
@@ -77,7 +128,81 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn gather(self, points: &[f32], refs: &[u8; LANES], order: &[i32; 4]) -> [Self::F; 3] {
-        each(|k| from_fn(|i| points[3 * usize::from(refs[i]) + order[k + 1] as usize]))
+    fn splat64(self, x: f64) -> Self::D {
+        [x; 4]
     }
+
+    #[inline(always)]
+    fn widen(self, x: &[f32; 4]) -> Self::D {
+        x.map(f64::from)
+    }
+
+    #[inline(always)]
+    fn store64(self, x: Self::D) -> [f64; 4] {
+        x
+    }
+
+    #[inline(always)]
+    fn sub64(self, a: Self::D, b: Self::D) -> Self::D {
+        from_fn(|i| a[i] - b[i])
+    }
+
+    #[inline(always)]
+    fn mul64(self, a: Self::D, b: Self::D) -> Self::D {
+        from_fn(|i| a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn rotate64<const BY: usize>(self, a: Self::D) -> Self::D {
+        from_fn(|i| a[(i + BY) % 3])
+    }
+
+    #[inline(always)]
+    fn store_sorted(
+        self,
+        boxes: Slabs<Self::F>,
+        count: usize,
+        links: Self::I,
+        (keys_out, links_out): (&mut [u32; LANES], &mut [u32; LANES]),
+    ) -> usize {
+        let mut len = 0;
+        for (lane, &link) in links.iter().enumerate().take(count) {
+            if boxes.tnear[lane] <= boxes.tfar[lane] {
+                let key = max(boxes.tnear[lane], 0.0).to_bits() & !KEY_LANE | lane as u32;
+                let mut place = len;
+                while place > 0 && keys_out[place - 1] < key {
+                    keys_out[place] = keys_out[place - 1];
+                    links_out[place] = links_out[place - 1];
+                    place -= 1;
+                }
+                (keys_out[place], links_out[place]) = (key, link);
+                len += 1;
+            }
+        }
+        len
+    }
+
+    #[inline(always)]
+    fn decode(self, vertices: &[u8], code: &VertexCode, refs: &[u8; LANES]) -> [Self::F; 3] {
+        let corners = refs.map(|r| code.decode(vertices, usize::from(r)));
+        [corners.map(|p| p.x), corners.map(|p| p.y), corners.map(|p| p.z)]
+    }
+
+    #[inline(always)]
+    fn prefetch_vertices(self, _: &[u8], _: &VertexCode, _: &[u8; LANES]) {}
+
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
+}
+
+/// a if a > b, else b: one instruction, unlike [`f32::max`].
+#[inline(always)]
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// a if a < b, else b.
+#[inline(always)]
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

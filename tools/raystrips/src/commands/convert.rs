@@ -49,6 +49,7 @@ pub fn convert_with(
     let params = ConvertParams {
         page_size: options.page_size,
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
+        positions: options.positions,
         keep_ids: options.keep_ids,
         import: ImportOptions { drop_out_of_range: options.drop_out_of_range },
     };

@@ -48,6 +48,7 @@ pub fn describe(manifest: &Manifest, file_bytes: u64) -> Value {
         "proxy": {"triangles": 0},
         "bounds": {"min": manifest.bounds_min, "max": manifest.bounds_max},
         "scene_offset": manifest.scene_offset,
+        "position_error": manifest.position_error,
         "dropped": {
             "degenerate": manifest.dropped.degenerate,
             "non_finite": manifest.dropped.non_finite,
@@ -106,6 +107,9 @@ fn lines(manifest: &Manifest, file_bytes: u64) -> Vec<(&'static str, String)> {
         ("original ids", if manifest.id_bytes > 0 { "kept" } else { "not kept" }.into()),
         ("written by", manifest.generator.clone()),
     ];
+    if manifest.position_error > 0.0 {
+        lines.push(("position error", format!("{:e} at most, on each axis", manifest.position_error)));
+    }
     if manifest.scene_offset != [0.0; 3] {
         lines.push(("scene offset", format!("{:?}", manifest.scene_offset)));
     }

@@ -89,14 +89,17 @@ fn trace(scene: &Scene, kernel: Kernel, args: &TraceArgs, rays: &[Ray], hits: &m
             let chunk = next.fetch_add(1, Ordering::Relaxed);
             let Some(hits) = chunks.get(chunk) else { break };
             let mut hits = hits.lock().unwrap_or_else(|e| e.into_inner());
-            for (ray, hit) in rays[chunk * CHUNK..].iter().zip(hits.iter_mut()) {
-                *hit = if !args.occluded {
-                    tracer.intersect(ray)
-                } else if tracer.occluded(ray) {
-                    Hit { t: 0.0, prim_id: 0, ..Hit::MISS }
-                } else {
-                    Hit::MISS
-                };
+            let rays = &rays[chunk * CHUNK..][..hits.len()];
+            if args.occluded {
+                let occluded = &mut [false; CHUNK][..rays.len()];
+                tracer.occluded_batch(rays, occluded);
+                for (hit, &occluded) in hits.iter_mut().zip(occluded.iter()) {
+                    *hit = if occluded { Hit { t: 0.0, prim_id: 0, ..Hit::MISS } } else { Hit::MISS };
+                }
+            } else if args.packets {
+                tracer.intersect_packet(rays, &mut hits);
+            } else {
+                tracer.intersect_batch(rays, &mut hits);
             }
         }
         thread_cpu_time() - begin

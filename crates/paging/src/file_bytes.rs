@@ -1,0 +1,61 @@
+//! The bytes of a file, in memory. The only unsafe code of this crate.
+//!
+//! A file that fits is read into memory with huge pages, where the system gives them: incoherent rays touch more
+//! pages of 4 KiB than a processor can keep the places of. A larger one is mapped.
+#![allow(unsafe_code)]
+
+use memmap2::{Advice, Mmap, MmapMut, MmapOptions};
+use std::fs::File;
+use std::io::{self, Read, Seek};
+
+/// A huge page of most systems.
+const HUGE_PAGE: usize = 2 << 20;
+
+/// The bytes of a file.
+pub(crate) enum FileBytes {
+    /// In memory of our own.
+    Read {
+        /// Whole huge pages.
+        memory: MmapMut,
+        /// Length of the file.
+        len: usize,
+    },
+    /// Mapped.
+    Mapped(Mmap),
+}
+
+impl FileBytes {
+    /// Reads `file` if it has at most `most` bytes, and maps it else.
+    pub(crate) fn of(file: &mut File, most: u64) -> io::Result<FileBytes> {
+        let len = file.metadata()?.len();
+        match usize::try_from(len) {
+            Ok(len) if len as u64 <= most => FileBytes::read(file, len),
+            _ => FileBytes::map(file),
+        }
+    }
+
+    fn read(file: &mut File, len: usize) -> io::Result<FileBytes> {
+        let mut memory = MmapOptions::new().len(len.max(1).next_multiple_of(HUGE_PAGE)).map_anon()?;
+        // A system that has no huge pages refuses, and does as well with small ones.
+        let _ = memory.advise(Advice::HugePage);
+        file.rewind()?;
+        file.read_exact(&mut memory[..len])?;
+        Ok(FileBytes::Read { memory, len })
+    }
+
+    fn map(file: &File) -> io::Result<FileBytes> {
+        // SAFETY: the bytes are only ever read as plain numbers, each of which is valid whatever its bits, and
+        // pages are checked before kernels rely on them. Another process that truncates the file makes reads
+        // fail with a signal, which is documented; packs are replaced by renaming.
+        Ok(FileBytes::Mapped(unsafe { Mmap::map(file)? }))
+    }
+
+    /// The bytes.
+    #[inline]
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            FileBytes::Read { memory, len } => &memory[..*len],
+            FileBytes::Mapped(map) => map,
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! A ray on its way through a scene, one step at a time.
+//!
+//! A walk goes down the nodes above the pages, then those of each page it enters. Between two steps everything it
+//! needs is in it, so that one thread can take many walks by turns ([`crate::stream`]).
+
+use crate::boxes::{RayGrid, page_slabs, top_slabs, top_slack};
+use crate::prepared::PreparedRay;
+use crate::scene::{Locator, Scene};
+use crate::simd::{LANES, Simd, greatest_key};
+use crate::strip::{StripHits, test_long_strip};
+use crate::window::{Candidates, WindowHit};
+use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed};
+use raystrips_geom::{Hit, Ray};
+use raystrips_pack::layout::{MAX_DEPTH, TopNode, WIDTH, WideNode};
+use raystrips_pack::strip_record::WINDOW_RECORD_BYTES;
+use raystrips_pack::{PageId, PageView, WindowHead};
+
+/// What a walk does next: the three highest bits of what waits, its *link*. The bits below say where.
+pub(crate) struct Step;
+
+impl Step {
+    /// Test the boxes of a node of the page; 16 bits are its number.
+    pub const NODE: usize = 0;
+    /// Test the boxes of a node above the pages.
+    pub const TOP: usize = Step::of(TopNode::NODE);
+    /// Enter a page.
+    pub const ENTER: usize = Step::of(TopNode::ENTRY);
+    /// Nothing: the walk is over.
+    pub const DONE: usize = 3;
+    /// Test a strip of the page; eight bits are the number of its cluster, 16 its own.
+    pub const STRIP: usize = 4;
+    /// Kinds of steps.
+    pub const COUNT: usize = 5;
+
+    #[inline(always)]
+    pub const fn of(link: u32) -> usize {
+        (link >> 29) as usize
+    }
+}
+
+const DONE_LINK: u32 = (Step::DONE as u32) << 29;
+const STRIP_LINK: u32 = (Step::STRIP as u32) << 29;
+
+/// Subtrees that wait, the nearest of each node on top; at the bottom the end of the walk.
+#[derive(Debug)]
+struct Stack {
+    len: usize,
+    keys: [u32; Stack::SLOTS],
+    links: [u32; Stack::SLOTS],
+}
+
+impl Stack {
+    /// Each level leaves at most one less than the width of a node; the last one is written as a whole.
+    const SLOTS: usize = MAX_DEPTH * (WIDTH - 1) + LANES + 1;
+
+    fn new() -> Stack {
+        let mut stack = Stack { len: 1, keys: [0; Stack::SLOTS], links: [0; Stack::SLOTS] };
+        stack.links[0] = DONE_LINK;
+        stack
+    }
+
+    /// Takes away the nearest waiting subtree that is met before the limit.
+    #[inline(always)]
+    fn pop(&mut self, greatest_key: u32) -> u32 {
+        loop {
+            self.len -= 1;
+            if self.keys[self.len] <= greatest_key {
+                return self.links[self.len];
+            }
+        }
+    }
+
+    /// Room for the boxes of a node.
+    #[inline(always)]
+    fn room(&mut self) -> (&mut [u32; LANES], &mut [u32; LANES]) {
+        let keys = (&mut self.keys[self.len..self.len + LANES]).try_into();
+        let links = (&mut self.links[self.len..self.len + LANES]).try_into();
+        (keys.expect("eight of eight"), links.expect("eight of eight"))
+    }
+}
+
+/// A ray on its way. With `ANY`, the first hit ends the walk.
+pub(crate) struct Walk<'s, const ANY: bool> {
+    ray: PreparedRay,
+    best: Best<ANY>,
+    /// What is next.
+    link: u32,
+    page: PageView<'s>,
+    page_grid: RayGrid,
+    candidates: Candidates,
+    top_slack: [f32; LANES],
+    waiting: Stack,
+}
+
+impl<'s, const ANY: bool> Walk<'s, ANY> {
+    /// A walk that is over.
+    pub fn idle(scene: &'s Scene) -> Walk<'s, ANY> {
+        Walk {
+            ray: PreparedRay::new(&Ray::new(glam::Vec3::ZERO, glam::Vec3::X)),
+            best: Best::new(f32::INFINITY),
+            link: DONE_LINK,
+            page: scene.page(0),
+            page_grid: RayGrid::NONE,
+            candidates: Candidates::NONE,
+            top_slack: [0.0; LANES],
+            waiting: Stack::new(),
+        }
+    }
+
+    /// Begins with another ray, which must be [valid](Ray::is_valid): the next step is [`Step::TOP`].
+    #[inline(always)]
+    pub fn begin<S: Simd>(&mut self, s: S, scene: &Scene, ray: &Ray) {
+        let prepared = PreparedRay::new(ray);
+        // From the ray in registers: what was just stored in parts is slow to load as a whole.
+        self.top_slack = top_slack(s, &scene.top_nodes()[0], &prepared);
+        self.ray = prepared;
+        self.best = Best::new(ray.tfar);
+        self.link = TopNode::NODE;
+        self.waiting.len = 1;
+    }
+
+    /// Goes on for another ray with what waits at `link` in page number `page`.
+    #[inline(always)]
+    pub fn resume<S: Simd>(
+        &mut self,
+        s: S,
+        scene: &'s Scene,
+        ray: &PreparedRay,
+        best: Hit,
+        page: PageId,
+        link: u32,
+    ) {
+        self.ray = *ray;
+        self.best = Best { greatest_key: greatest_key(best.t), hit: best, locator: Locator::page(page) };
+        self.top_slack = top_slack(s, &scene.top_nodes()[0], ray);
+        self.page = scene.page(page);
+        self.page_grid = RayGrid::of_page(s, self.page.header(), ray);
+        self.link = link;
+        self.waiting.len = 1;
+    }
+
+    /// Takes all steps to the end.
+    #[inline(always)]
+    pub fn finish<S: Simd>(&mut self, s: S, scene: &'s Scene) {
+        let mut step = Step::of(self.link);
+        loop {
+            match step {
+                Step::NODE => self.step_node(s),
+                Step::STRIP => {
+                    if self.step_strip(s) {
+                        self.meet(s);
+                    }
+                }
+                Step::TOP => self.step_top(s, scene),
+                Step::ENTER => {
+                    self.enter(s, scene);
+                    self.step_node(s);
+                }
+                _ => return,
+            }
+            step = self.next();
+        }
+    }
+
+    /// What was found, once the walk is over.
+    #[inline(always)]
+    pub fn hit(&self) -> Hit {
+        if self.best.hit.is_hit() { self.best.hit } else { Hit::MISS }
+    }
+
+    /// The hit so far; a distance without a triangle is up to where one would matter.
+    #[inline(always)]
+    pub fn best(&self) -> Hit {
+        self.best.hit
+    }
+
+    /// [`Step::TOP`].
+    #[inline(always)]
+    pub fn step_top<S: Simd>(&mut self, s: S, scene: &'s Scene) {
+        let node = &scene.top_nodes()[(self.link & !TopNode::KIND) as usize];
+        let slabs = top_slabs(s, node, &self.top_slack, &self.ray, self.best.hit.t);
+        let links = s.load_words(&node.child);
+        self.waiting.len += s.store_sorted(slabs, node.child_count(), links, self.waiting.room());
+    }
+
+    /// [`Step::ENTER`]: the next step is [`Step::NODE`].
+    #[inline(always)]
+    pub fn enter<S: Simd>(&mut self, s: S, scene: &'s Scene) {
+        let entry = scene.top_entry(self.link & !TopNode::KIND);
+        self.page = scene.page(entry.page);
+        self.page_grid = RayGrid::of_page(s, self.page.header(), &self.ray);
+        self.best.locator = Locator::page(entry.page);
+        self.link = entry.node;
+    }
+
+    /// [`Step::NODE`].
+    #[inline(always)]
+    pub fn step_node<S: Simd>(&mut self, s: S) {
+        let node = &self.page.nodes()[self.link as usize];
+        let slabs = page_slabs(s, node, &self.page_grid, &self.ray, self.best.hit.t);
+        let links = s.count_from(first_link(node));
+        self.waiting.len += s.store_sorted(slabs, node.child_count(), links, self.waiting.room());
+    }
+
+    /// The first part of [`Step::STRIP`]: whether there is a second part.
+    #[inline(always)]
+    pub fn step_strip<S: Simd>(&mut self, s: S) -> bool {
+        let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+        match self.page.window_record((self.link & 0xFFFF) as usize) {
+            Some([head, refs @ ..]) => {
+                self.candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
+                self.candidates.mask != 0
+            }
+            None => true,
+        }
+    }
+
+    /// The second part of [`Step::STRIP`].
+    #[inline(always)]
+    pub fn meet<S: Simd>(&mut self, s: S) {
+        let number = (self.link & 0xFFFF) as usize;
+        let best = &mut self.best;
+        best.locator = best.locator.with_strip(self.link & 0xFF_FFFF);
+        match self.page.window_record(number) {
+            Some([head, ..]) => {
+                self.candidates.meet(s, &self.ray, |hit| best.hit(WindowHead(*head), false, 0, hit));
+            }
+            None => {
+                let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+                let strip = self.page.strip(number);
+                test_long_strip(s, &self.ray, &self.page_grid, &cluster, &strip, best);
+            }
+        }
+        if ANY && self.best.hit.is_hit() {
+            self.waiting.len = 1;
+        }
+    }
+
+    /// Chooses the next [`Step`].
+    #[inline(always)]
+    pub fn next(&mut self) -> usize {
+        self.link = self.waiting.pop(self.best.greatest_key);
+        Step::of(self.link)
+    }
+
+    /// Asks for the memory of the next step if it is a node's or a strip's.
+    #[inline(always)]
+    pub fn prefetch<S: Simd>(&self, s: S) {
+        let nodes: &[u8] = bytemuck::cast_slice(self.page.nodes());
+        let number = (self.link & 0xFFFF) as usize;
+        // No branch: nobody can foretell which it is.
+        let (bytes, size) = match self.link & STRIP_LINK {
+            0 => (nodes, size_of::<WideNode>()),
+            _ => (self.page.strip_bytes(), WINDOW_RECORD_BYTES),
+        };
+        if let Some(byte) = bytes.get(number * size) {
+            s.prefetch(byte);
+        }
+    }
+
+    /// Asks for the vertices of the strip that is next.
+    #[inline(always)]
+    pub fn prefetch_vertices<S: Simd>(&self, s: S) {
+        let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+        if let Some([_, refs @ ..]) = self.page.window_record((self.link & 0xFFFF) as usize) {
+            s.prefetch_vertices(cluster.vertex_bytes(), cluster.vertex_code(), refs);
+        }
+    }
+}
+
+/// The link of a node's first child; those of the others count up from there.
+#[inline(always)]
+pub(crate) fn first_link(node: &WideNode) -> u32 {
+    // `first`, `cluster` and `count` are the fourth word: the count goes, the bit that tells strips stays, and is that
+    // of [`Step::STRIP`].
+    let words: &[u32; 16] = bytemuck::cast_ref(node);
+    words[3] & (STRIP_LINK | 0xFF_FFFF)
+}
+
+/// The best hit so far.
+pub(crate) struct Best<const ANY: bool> {
+    pub hit: Hit,
+    /// That of its distance.
+    greatest_key: u32,
+    pub locator: Locator,
+}
+
+impl<const ANY: bool> Best<ANY> {
+    #[inline(always)]
+    pub fn new(tfar: f32) -> Best<ANY> {
+        let hit = Hit { t: tfar, ..Hit::MISS };
+        Best { hit, greatest_key: greatest_key(tfar), locator: Locator::page(0) }
+    }
+}
+
+impl<const ANY: bool> StripHits for Best<ANY> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.hit.t
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, head: WindowHead, reversed: bool, window: usize, found: WindowHit) {
+        let prim_id = self.locator.with_triangle(window * WINDOW_TRIANGLES + found.triangle).0;
+        if found.t < self.hit.t || (found.t == self.hit.t && prim_id < self.hit.prim_id) {
+            let reversed = reversed != strip_is_reversed(&[head.turns()], found.triangle);
+            let (u, v) = if reversed { (found.v, found.u) } else { (found.u, found.v) };
+            self.hit = Hit { t: found.t, u, v, prim_id };
+            self.greatest_key = greatest_key(found.t);
+        }
+    }
+}
