@@ -39,6 +39,11 @@ impl PlyWriter {
         self.face_count
     }
 
+    /// Vertices so far: the number of the next one, which is refused if it is too large.
+    pub fn vertices(&self) -> u32 {
+        self.vertex_count as u32
+    }
+
     /// Joins the parts and gives the file its name.
     pub fn finish(self) -> Result<()> {
         let path = self.path.clone();

@@ -58,7 +58,9 @@ fn draw_lines(face: u8, inside: u8, next: &mut [Option<u8>; 12]) {
     let edge = |i: usize| edge_between(corners[i % 4], corners[(i + 1) % 4]);
     for leave in (0..4).filter(|&i| is_inside(i) && !is_inside(i + 1)) {
         let enter = (leave + 1..leave + 4).rev().find(|&i| is_inside(i + 1) && !is_inside(i));
-        next[usize::from(edge(leave))] = enter.map(edge);
+        if let Some(enter) = enter {
+            next[usize::from(edge(enter))] = Some(edge(leave));
+        }
     }
 }
 
