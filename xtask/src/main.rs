@@ -3,6 +3,7 @@
 // Printing is what tasks are run for.
 #![allow(clippy::print_stdout)]
 
+mod compare;
 mod flags;
 mod output;
 mod rays;
@@ -32,6 +33,11 @@ const TASKS: &[Task] = &[
         name: "table",
         help: "print a table of docs/RESULTS.md; run with --release: cargo run --release -p xtask -- table basics MODEL...",
         run: table::task,
+    },
+    Task {
+        name: "compare",
+        help: "ours beside Embree on the same rays; run with --release: compare embree [--peers DIR] MODEL.ply...",
+        run: compare::task,
     },
     Task {
         name: "scene",
