@@ -89,7 +89,7 @@ impl Files {
 
 /// What a run tells.
 pub struct Run {
-    /// Million rays a second of processor time.
+    /// Million rays a second, of the mean processor time of a thread.
     pub speed: f64,
     /// Where the program tells it.
     pub bytes_per_triangle: Option<f64>,

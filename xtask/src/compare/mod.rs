@@ -35,8 +35,8 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let programs = Programs::find(flags.value("--peers"))?;
     models.iter().try_for_each(|model| compare(&programs, Path::new(model), &threads, rounds))?;
     println!(
-        "Million rays a second of a thread's processor time, medians of {rounds} round(s). Ratios: medians of those \
-         within a round, then their geometric mean over the kinds of rays."
+        "Million rays a second, of the mean processor time of a thread: medians of {rounds} round(s). Ratios: medians \
+         of those within a round, then their geometric mean over the kinds of rays."
     );
     Ok(ExitCode::SUCCESS)
 }
