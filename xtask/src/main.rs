@@ -3,7 +3,11 @@
 // Printing is what tasks are run for.
 #![allow(clippy::print_stdout)]
 
+mod compare;
+mod flags;
+mod output;
 mod rays;
+mod scene;
 mod table;
 mod tidy;
 
@@ -29,6 +33,16 @@ const TASKS: &[Task] = &[
         name: "table",
         help: "print a table of docs/RESULTS.md; run with --release: cargo run --release -p xtask -- table basics MODEL...",
         run: table::task,
+    },
+    Task {
+        name: "compare",
+        help: "ours beside Embree on the same rays; run with --release: compare embree [--peers DIR] MODEL.ply...",
+        run: compare::task,
+    },
+    Task {
+        name: "scene",
+        help: "make a scene of any size; run with --release: scene isosurface|pipes --triangles N -o DIR [--seed S]",
+        run: scene::task,
     },
 ];
 

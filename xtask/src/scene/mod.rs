@@ -1,0 +1,118 @@
+//! `cargo xtask scene NAME --triangles N -o DIR`: scenes of any size, made here instead of downloaded.
+//!
+//! Scenes are streamed to PLY files, with a scene file beside them, so that memory does not grow with the number of
+//! triangles. Same name, size and seed, same bytes, on every machine: sines are those of the `libm` crate.
+
+mod isosurface;
+mod pipes;
+mod ply;
+mod random;
+mod sink;
+
+use crate::flags::Flags;
+use crate::output::write_whole;
+use anyhow::{Context, Result, bail};
+use isosurface::Isosurface;
+use pipes::Plant;
+use ply::PlyWriter;
+use sink::MeshSink;
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str =
+    "usage: cargo xtask scene isosurface|pipes --triangles N -o DIR [--seed S]; pipes: [--single-file]";
+
+/// Makes the scene that the first argument names.
+pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
+    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed"], &["--single-file"])?;
+    let (Some(triangles), Some(folder), [name]) =
+        (flags.count("--triangles")?, flags.value("-o"), flags.rest.as_slice())
+    else {
+        bail!(USAGE)
+    };
+    let seed = flags.count("--seed")?.unwrap_or(1);
+    let folder = Path::new(folder);
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let made = match name.as_str() {
+        "isosurface" => make_isosurface(folder, triangles, seed)?,
+        "pipes" => make_pipes(folder, triangles, seed, flags.has("--single-file"))?,
+        _ => bail!("there is no scene '{name}'; {USAGE}"),
+    };
+    println!("{}: {made} triangles", folder.join("scene.toml").display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn make_isosurface(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
+    let surface = Isosurface::with_triangles(triangles, seed)?;
+    let mut writer = PlyWriter::create(&folder.join("isosurface.ply"))?;
+    surface.generate(&mut writer)?;
+    let made = writer.triangles();
+    writer.finish()?;
+    write_whole(&folder.join("scene.toml"), isosurface::SCENE.as_bytes())?;
+    Ok(made)
+}
+
+/// Writes a file for each material, or one for all.
+fn make_pipes(folder: &Path, triangles: u64, seed: u64, single_file: bool) -> Result<u64> {
+    let plant = Plant::with_triangles(triangles, seed)?;
+    let names: Vec<String> =
+        if single_file { vec![pipes::SINGLE_FILE.to_owned()] } else { pipes::file_names().collect() };
+    let writers: Result<Vec<PlyWriter>> =
+        names.iter().map(|name| PlyWriter::create(&folder.join(name))).collect();
+    let mut writers = writers?;
+    let made = plant.generate(|part| {
+        let writer = &mut writers[if single_file { 0 } else { part.material }];
+        let base = writer.vertices();
+        part.shape.positions.iter().try_for_each(|&position| writer.vertex(position).map(drop))?;
+        part.shape.triangles.iter().try_for_each(|triangle| writer.triangle(triangle.map(|v| base + v)))
+    })?;
+    let used: Vec<bool> = writers.iter().map(|writer| writer.triangles() > 0).collect();
+    let with_parts = writers.into_iter().filter(|writer| writer.triangles() > 0);
+    with_parts.into_iter().try_for_each(PlyWriter::finish)?;
+    let scene = if single_file { plant.scene_of_one_file() } else { plant.scene(&used) };
+    write_whole(&folder.join("scene.toml"), scene.as_bytes())?;
+    Ok(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use raystrips_convert::{ConvertParams, Unobserved, convert};
+    use std::collections::BTreeMap;
+
+    fn make(line: &str, folder: &Path) -> BTreeMap<String, Vec<u8>> {
+        let mut arguments: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        arguments.extend(["-o".to_owned(), folder.display().to_string()]);
+        task(Path::new(""), &arguments).unwrap();
+        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap());
+        files.map(|f| (f.file_name().into_string().unwrap(), std::fs::read(f.path()).unwrap())).collect()
+    }
+
+    #[test]
+    fn same_arguments_same_bytes_and_packs() {
+        for (line, count) in [
+            ("isosurface --triangles 20K", 20_000.0),
+            ("pipes --triangles 50K --seed 2", 50_000.0),
+            ("pipes --triangles 50K --single-file", 50_000.0),
+        ] {
+            let [first, second] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+            let files = make(line, first.path());
+            assert!(files == make(line, second.path()), "{line}");
+            let pack = second.path().join("scene.rsp");
+            let scene = first.path().join("scene.toml");
+            let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+            assert!((report.manifest.triangles as f64 / count - 1.0).abs() < 0.02, "{line}");
+            assert!(report.warnings.is_empty(), "{line}: {:?}", report.warnings);
+        }
+    }
+
+    #[test]
+    fn wrong_arguments_tell_the_usage() {
+        let run = |line: &str| {
+            let arguments: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+            task(Path::new(""), &arguments).unwrap_err().to_string()
+        };
+        assert!(run("isosurface").starts_with("usage"));
+        assert!(run("pipes --triangles 5x -o .").contains("5x"));
+    }
+}
