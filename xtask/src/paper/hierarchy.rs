@@ -3,6 +3,7 @@
 //! Siblings lie side by side in a cache line, bounds by axis, so that a single ray is tested against both at once;
 //! a packet is tested against one after the other, four rays at once.
 
+use super::moeller_trumbore::{Lanes, splat};
 use super::packet::{Packet, PacketHits};
 use super::ray::{LATER, PreparedRay};
 use glam::{Vec4, Vec4Swizzles};
@@ -109,22 +110,15 @@ impl Hierarchy {
             if here.link.count == 0 {
                 let siblings = &self.siblings[here.link.first as usize];
                 let (mask, tnear, tfar) = lanes.test(&siblings.bounds, best.t);
-                let child = [
-                    Waiting { link: siblings.links[0], tnear: tnear.x, tfar: tfar.x },
-                    Waiting { link: siblings.links[1], tnear: tnear.y, tfar: tfar.y },
-                ];
-                match mask {
-                    0 => {}
-                    1 | 2 => {
-                        here = child[mask as usize - 1];
-                        continue;
+                let a = Waiting { link: siblings.links[0], tnear: tnear.x, tfar: tfar.x };
+                let b = Waiting { link: siblings.links[1], tnear: tnear.y, tfar: tfar.y };
+                if mask != 0 {
+                    let b_first = mask == 0b10 || mask == 0b11 && b.tnear < a.tnear;
+                    if mask == 0b11 {
+                        stack.push(if b_first { a } else { b });
                     }
-                    _ => {
-                        let near = usize::from(child[1].tnear < child[0].tnear);
-                        stack.push(child[1 - near]);
-                        here = child[near];
-                        continue;
-                    }
+                    here = if b_first { b } else { a };
+                    continue;
                 }
             } else {
                 leaf(here.link, (here.tnear, here.tfar), best);
@@ -156,24 +150,17 @@ impl Hierarchy {
         loop {
             if here.link.count == 0 {
                 let Siblings { bounds, links } = &self.siblings[here.link.first as usize];
-                let child = [0, 1].map(|i| test_packet(packet, bounds, i, links[i], best.t));
-                match (child[0].mask, child[1].mask) {
-                    (0, 0) => {}
-                    (_, 0) => {
-                        here = child[0];
-                        continue;
+                let a = test_packet(packet, bounds, 0, links[0], best.t);
+                let b = test_packet(packet, bounds, 1, links[1], best.t);
+                if a.mask | b.mask != 0 {
+                    let both = a.mask & b.mask;
+                    let b_nearer = b.tnear.cmplt(a.tnear).bitmask();
+                    let b_first = a.mask == 0 || b_nearer & (both & both.wrapping_neg()) != 0;
+                    if a.mask != 0 && b.mask != 0 {
+                        stack.push(if b_first { a } else { b });
                     }
-                    (0, _) => {
-                        here = child[1];
-                        continue;
-                    }
-                    (a, b) => {
-                        let second_is_nearer = child[1].tnear.cmplt(child[0].tnear).bitmask();
-                        let near = (second_is_nearer >> (a & b | 1 << 4).trailing_zeros() & 1) as usize;
-                        stack.push(child[1 - near]);
-                        here = child[near];
-                        continue;
-                    }
+                    here = if b_first { b } else { a };
+                    continue;
                 }
             } else {
                 let WaitingPacket { link, mask, tnear, tfar } = here;
@@ -216,28 +203,29 @@ fn lay_out(tree: &Bvh, siblings: &mut Vec<Siblings>, leaf: &mut impl FnMut(Range
 
 /// A ray as the test of siblings wants it.
 struct RayLanes {
-    org: [Vec4; 3],
-    inv_dir: [Vec4; 3],
+    org: Lanes,
+    inv_dir: Lanes,
     tnear: Vec4,
 }
 
 impl RayLanes {
     #[inline]
     fn new(ray: &PreparedRay) -> RayLanes {
-        let splat = |v: glam::Vec3| [0, 1, 2].map(|axis| Vec4::splat(v[axis]));
         RayLanes { org: splat(ray.org), inv_dir: splat(ray.inv_dir), tnear: Vec4::splat(ray.tnear) }
     }
 
     /// Which of two boxes the ray meets before `limit`, and in the first two lanes where it enters and leaves them.
     #[inline]
     fn test(&self, bounds: &[[f32; 4]; 3], limit: f32) -> (u32, Vec4, Vec4) {
-        let [x, y, z] = [0, 1, 2].map(|axis| {
-            let t = (Vec4::from_array(bounds[axis]) - self.org[axis]) * self.inv_dir[axis];
+        let mut tnear = self.tnear;
+        let mut tfar = Vec4::INFINITY;
+        for (axis, &bounds) in bounds.iter().enumerate() {
+            let t = (Vec4::from_array(bounds) - self.org[axis]) * self.inv_dir[axis];
             let other = t.zwxy();
-            (t.min(other), t.max(other))
-        });
-        let tnear = x.0.max(y.0).max(z.0).max(self.tnear);
-        let tfar = (x.1.min(y.1).min(z.1) * LATER).min(Vec4::splat(limit));
+            tnear = tnear.max(t.min(other));
+            tfar = tfar.min(t.max(other));
+        }
+        let tfar = (tfar * LATER).min(Vec4::splat(limit));
         (tnear.cmple(tfar).bitmask() & 0b11, tnear, tfar)
     }
 }
@@ -253,8 +241,8 @@ fn test_packet(
 ) -> WaitingPacket {
     let mut tnear = packet.tnear;
     let mut tfar = Vec4::INFINITY;
-    for axis in 0..3 {
-        let at = |bound: usize| (Vec4::splat(bounds[axis][bound]) - packet.org[axis]) * packet.inv_dir[axis];
+    for (axis, bounds) in bounds.iter().enumerate() {
+        let at = |bound: usize| (Vec4::splat(bounds[bound]) - packet.org[axis]) * packet.inv_dir[axis];
         let (near, far) = if packet.positive[axis] { (child, child + 2) } else { (child + 2, child) };
         tnear = tnear.max(at(near));
         tfar = tfar.min(at(far));

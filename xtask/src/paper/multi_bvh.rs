@@ -136,7 +136,8 @@ struct RayLanes {
 impl RayLanes {
     #[inline]
     fn new(single: PreparedRay) -> RayLanes {
-        let near = [0, 1, 2].map(|axis| usize::from(single.inv_dir[axis] < 0.0));
+        let near = |inv_dir: f32| usize::from(inv_dir < 0.0);
+        let near = [near(single.inv_dir.x), near(single.inv_dir.y), near(single.inv_dir.z)];
         RayLanes {
             org: splat(single.org),
             dir: splat(single.dir),
@@ -182,8 +183,10 @@ impl TrianglePacket {
     /// All four at once, by the test of Möller and Trumbore.
     #[inline]
     fn test(&self, ray: &RayLanes, best: &mut Hit) {
-        let edges = self.edges.map(|edge| edge.map(Vec4::from_array));
-        let corner = self.corner.map(Vec4::from_array);
+        let lanes = |[x, y, z]: &[[f32; WIDTH]; 3]| {
+            [Vec4::from_array(*x), Vec4::from_array(*y), Vec4::from_array(*z)]
+        };
+        let (corner, edges) = (lanes(&self.corner), [lanes(&self.edges[0]), lanes(&self.edges[1])]);
         let Met { inside, t, u, v } = test_lanes(&ray.org, &ray.dir, &corner, &edges);
         let within = t.cmpge(Vec4::splat(ray.single.tnear)) & t.cmplt(Vec4::splat(best.t));
         let mut mask = (inside & within).bitmask();
@@ -199,12 +202,10 @@ impl TrianglePacket {
     /// One after the other.
     #[inline]
     fn test_each(&self, ray: &RayLanes, best: &mut Hit) {
-        let vector = |by_axis: &[[f32; WIDTH]; 3], i: usize| {
-            Vec3::from_array(by_axis.each_ref().map(|lanes| lanes[i]))
-        };
+        let vector = |[x, y, z]: &[[f32; WIDTH]; 3], i: usize| Vec3::new(x[i], y[i], z[i]);
         for i in (0..WIDTH).take_while(|&i| self.triangles[i] != NONE) {
             let a = vector(&self.corner, i);
-            let edges = self.edges.each_ref().map(|edge| vector(edge, i));
+            let edges = [vector(&self.edges[0], i), vector(&self.edges[1], i)];
             moeller_trumbore::test(a, edges, u64::from(self.triangles[i]), &ray.single, best);
         }
     }

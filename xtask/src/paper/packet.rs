@@ -1,5 +1,6 @@
 //! Four rays that are traced together (Wald et al. 2001), as the paper's 2x2 blocks of pixels.
 
+use super::moeller_trumbore::Lanes;
 use super::ray::{PreparedRay, hit_or_miss};
 use glam::{Vec3, Vec4};
 use raystrips_geom::{Hit, Ray};
@@ -10,11 +11,11 @@ pub struct Packet {
     /// The rays one by one.
     pub rays: [PreparedRay; 4],
     /// Origins by axis.
-    pub org: [Vec4; 3],
+    pub org: Lanes,
     /// Directions by axis.
-    pub dir: [Vec4; 3],
+    pub dir: Lanes,
     /// Reciprocals of directions by axis.
-    pub inv_dir: [Vec4; 3],
+    pub inv_dir: Lanes,
     /// Least distances of hits.
     pub tnear: Vec4,
     /// By axis: true where all directions point to greater coordinates, else none does.
@@ -28,30 +29,41 @@ impl Packet {
     /// on which child is near: they are traced one by one.
     #[inline]
     pub fn new(rays: &[Ray; 4]) -> Option<Packet> {
-        let rays = rays.each_ref().map(PreparedRay::new);
-        let inv_dir = by_axis(&rays, |ray| ray.inv_dir);
-        let zero = Vec4::ZERO;
-        let negative = inv_dir.map(|inv| inv.cmplt(zero).bitmask());
+        let rays = &[
+            PreparedRay::new(&rays[0]),
+            PreparedRay::new(&rays[1]),
+            PreparedRay::new(&rays[2]),
+            PreparedRay::new(&rays[3]),
+        ];
+        let inv_dir = by_axis(rays, |ray| ray.inv_dir);
+        let negative = |axis: usize| inv_dir[axis].cmplt(Vec4::ZERO).bitmask();
+        let negative = [negative(0), negative(1), negative(2)];
         if negative.iter().any(|&mask| mask != 0 && mask != 0b1111) {
             return None;
         }
         let origin = rays[0].org;
         Some(Packet {
-            org: by_axis(&rays, |ray| ray.org),
-            dir: by_axis(&rays, |ray| ray.dir),
+            org: by_axis(rays, |ray| ray.org),
+            dir: by_axis(rays, |ray| ray.dir),
             inv_dir,
-            tnear: Vec4::from_array(rays.map(|ray| ray.tnear)),
-            positive: negative.map(|mask| mask == 0),
+            tnear: lanes_of(rays, |ray| ray.tnear),
+            positive: [negative[0] == 0, negative[1] == 0, negative[2] == 0],
             shared_origin: rays.iter().all(|ray| ray.org == origin).then_some(origin),
-            rays,
+            rays: *rays,
         })
     }
 }
 
+// Arrays are written out here and elsewhere: the compiler does not inline what `map` on arrays becomes.
+
 #[inline]
-fn by_axis(rays: &[PreparedRay; 4], part: impl Fn(&PreparedRay) -> Vec3) -> [Vec4; 3] {
-    let parts = rays.each_ref().map(part);
-    [0, 1, 2].map(|axis| Vec4::from_array(parts.map(|p| p[axis])))
+fn by_axis(rays: &[PreparedRay; 4], part: impl Fn(&PreparedRay) -> Vec3) -> Lanes {
+    [lanes_of(rays, |r| part(r).x), lanes_of(rays, |r| part(r).y), lanes_of(rays, |r| part(r).z)]
+}
+
+#[inline]
+fn lanes_of(rays: &[PreparedRay; 4], part: impl Fn(&PreparedRay) -> f32) -> Vec4 {
+    Vec4::new(part(&rays[0]), part(&rays[1]), part(&rays[2]), part(&rays[3]))
 }
 
 /// The best hits of a packet so far.
@@ -67,18 +79,20 @@ impl PacketHits {
     /// No hits yet.
     #[inline]
     pub fn new(packet: &Packet) -> PacketHits {
-        let hits = packet.rays.each_ref().map(PreparedRay::no_hit);
-        PacketHits { t: Vec4::from_array(hits.map(|hit| hit.t)), hits }
+        let [a, b, c, d] = &packet.rays;
+        let hits = [a.no_hit(), b.no_hit(), c.no_hit(), d.no_hit()];
+        PacketHits { t: Vec4::new(a.tfar, b.tfar, c.tfar, d.tfar), hits }
     }
 
     /// Takes in new hits of the rays in `mask`, which are nearer.
     #[inline]
     pub fn update(&mut self, mask: u32, t: Vec4, u: Vec4, v: Vec4, prim_id: u64) {
-        let (t, u, v) = (t.to_array(), u.to_array(), v.to_array());
+        let (u, v) = (u.to_array(), v.to_array());
         for i in lanes(mask) {
             self.hits[i] = Hit { t: t[i], u: u[i], v: v[i], prim_id };
         }
-        self.t = Vec4::from_array(self.hits.map(|hit| hit.t));
+        let [a, b, c, d] = &self.hits;
+        self.t = Vec4::new(a.t, b.t, c.t, d.t);
     }
 
     /// Lets `search` look for a nearer hit of ray `i` alone.
@@ -91,7 +105,8 @@ impl PacketHits {
     /// The results.
     #[inline]
     pub fn finish(self) -> [Hit; 4] {
-        self.hits.map(hit_or_miss)
+        let [a, b, c, d] = self.hits;
+        [hit_or_miss(a), hit_or_miss(b), hit_or_miss(c), hit_or_miss(d)]
     }
 }
 

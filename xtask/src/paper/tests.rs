@@ -3,7 +3,7 @@
 use super::bvh::{Minimal, Optimized, PlainBvh};
 use super::mesh::Mesh;
 use super::multi_bvh::{MultiBvh, SingleTriangles};
-use super::ray_strip::{CHUNK_TRIANGLES, RayStrips, Statistics};
+use super::ray_strip::{CHUNK_TRIANGLES, RayStrips, SHORT_CHUNK_TRIANGLES, Statistics};
 use super::structure::{Stacks, Structure};
 use crate::rays::{in_blocks, picture, ray_sets_of};
 use crate::sample_mesh;
@@ -29,9 +29,23 @@ fn open(obj: &str) -> Scene {
 /// Camera rays in blocks of four, then all others.
 fn rays(scene: &Scene) -> Vec<Ray> {
     let mut rays = in_blocks(&picture(scene, SIDE), SIDE);
+    rays.extend(axis_parallel(scene));
     rays.extend(ray_sets_of(scene, SIDE).into_iter().skip(1).flatten());
     rays.truncate(1 << 17);
     rays
+}
+
+/// Rays along the axes, whose directions have zeros of both signs.
+fn axis_parallel(scene: &Scene) -> Vec<Ray> {
+    let (center, radius) = (scene.bounds().center(), scene.bounds().diagonal() * 0.5);
+    let turned = |axis: usize, v: Vec3| Vec3::new(v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]);
+    let ray = |axis: usize, sign: f32, i: usize| {
+        let [x, y] = [0.618_034, 0.414_214].map(|step: f32| (i as f32 * step).fract() - 0.5);
+        let dir = turned(axis, Vec3::Z * sign);
+        Ray::new(center + turned(axis, Vec3::new(x, y, 0.0)) * radius - dir * radius, dir)
+    };
+    let rays = |(axis, sign)| (0..2000).map(move |i| ray(axis, sign, i));
+    [(0, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)].into_iter().flat_map(rays).collect()
 }
 
 /// True if hits differ otherwise than by rounding.
@@ -77,7 +91,7 @@ fn check_all(obj: &str) {
         expected.check("minimal", &PlainBvh::<Minimal>::build(&mesh, leaf_size));
         expected.check("optimized", &PlainBvh::<Optimized>::build(&mesh, leaf_size));
     }
-    for chunk_triangles in [1, 3, CHUNK_TRIANGLES, 1000] {
+    for chunk_triangles in [1, 3, SHORT_CHUNK_TRIANGLES, CHUNK_TRIANGLES, 1000] {
         expected.check("Ray-Strips", &RayStrips::build(&mesh, chunk_triangles));
     }
     let multi = MultiBvh::build(&mesh);

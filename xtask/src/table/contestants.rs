@@ -4,7 +4,7 @@ use super::models::Model;
 use crate::paper::bvh::{Minimal, Optimized, PlainBvh};
 use crate::paper::mesh::Mesh;
 use crate::paper::multi_bvh::{MultiBvh, SingleTriangles};
-use crate::paper::ray_strip::{CHUNK_TRIANGLES, RayStrips};
+use crate::paper::ray_strip::{CHUNK_TRIANGLES, RayStrips, SHORT_CHUNK_TRIANGLES};
 use crate::paper::structure::{Bytes, Structure};
 
 /// Name of our own structure.
@@ -13,6 +13,13 @@ pub const OURS: &str = "this program";
 pub const BASE: &str = "BVH, optimized, 1 a leaf";
 /// Name of the paper's Ray-Strips.
 pub const RAY_STRIPS: &str = "Ray-Strips as published";
+/// Name of the same over smaller pieces.
+pub const SHORT_RAY_STRIPS: &str = "the same, shorter";
+
+/// What the two kinds of Ray-Strips are.
+pub const PIECES: &str =
+    "The published Ray-Strips are built from pieces of at most 256 triangles, the shorter ones of 32.";
+const _: () = assert!(CHUNK_TRIANGLES == 256 && SHORT_CHUNK_TRIANGLES == 32);
 
 /// Triangles of a leaf with "a few" (paper, section 6.1).
 const FEW: usize = 4;
@@ -22,6 +29,7 @@ pub struct Contestants {
     pub optimized: [PlainBvh<Optimized>; 2],
     pub minimal: [PlainBvh<Minimal>; 2],
     pub strips: RayStrips,
+    pub short_strips: RayStrips,
     pub multi: MultiBvh,
 }
 
@@ -32,6 +40,7 @@ impl Contestants {
             optimized: [1, FEW].map(|leaf_size| PlainBvh::build(mesh, leaf_size)),
             minimal: [1, FEW].map(|leaf_size| PlainBvh::build(mesh, leaf_size)),
             strips: RayStrips::build(mesh, CHUNK_TRIANGLES),
+            short_strips: RayStrips::build(mesh, SHORT_CHUNK_TRIANGLES),
             multi: MultiBvh::build(mesh),
         }
     }
@@ -43,6 +52,7 @@ impl Contestants {
         f("BVH, minimal, 1 a leaf", &self.minimal[0]);
         f("BVH, minimal, 4 a leaf", &self.minimal[1]);
         f(RAY_STRIPS, &self.strips);
+        f(SHORT_RAY_STRIPS, &self.short_strips);
         f("multi-BVH, triangle packets", &self.multi);
     }
 

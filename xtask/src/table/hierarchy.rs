@@ -1,8 +1,9 @@
 //! The paper's Table 2, and the strips of its Table 5: what hierarchies are made of.
 
-use super::contestants::{Contestants, OURS, RAY_STRIPS, megabytes, our_bytes};
+use super::contestants::{Contestants, OURS, PIECES, RAY_STRIPS, SHORT_RAY_STRIPS, megabytes, our_bytes};
 use super::models::{self, Model};
 use crate::paper::published;
+use crate::paper::ray_strip::Statistics;
 use anyhow::Result;
 
 /// A row; what a structure does not have is left blank.
@@ -32,7 +33,7 @@ pub fn print(paths: &[String]) -> Result<()> {
     println!(
         "\n{}Places are triangles of strips and swaps; the paper's strip length must be one in places, since times \
          strips it exceeds the triangles. Bytes of this program's hierarchy have headers, directory and padding of pages \
-         in them; its nodes have eight children.",
+         in them; its nodes have eight children. {PIECES}",
         models::note(paths)
     );
     others();
@@ -41,20 +42,21 @@ pub fn print(paths: &[String]) -> Result<()> {
 
 fn rows(model: &Model) {
     let contestants = Contestants::build(&model.mesh);
-    let Contestants { optimized, strips, multi, .. } = &contestants;
+    let Contestants { optimized, strips, short_strips, multi, .. } = &contestants;
     let nodes = [optimized[0].node_count(), optimized[1].node_count()];
-    let statistics = strips.statistics();
+    let of_strips = |statistics: Statistics, bytes| Row {
+        nodes: Some(statistics.nodes),
+        tree_nodes: Some(statistics.tree_nodes),
+        strips: Some(statistics.strips as u64),
+        places: Some(statistics.places as u64),
+        bytes,
+    };
     contestants.for_each(|name, structure| {
         let bytes = structure.bytes().hierarchy;
         let is_few = name.ends_with("4 a leaf");
         let found = match name {
-            RAY_STRIPS => Row {
-                nodes: Some(statistics.nodes),
-                tree_nodes: Some(statistics.tree_nodes),
-                strips: Some(statistics.strips as u64),
-                places: Some(statistics.places as u64),
-                bytes,
-            },
+            RAY_STRIPS => of_strips(strips.statistics(), bytes),
+            SHORT_RAY_STRIPS => of_strips(short_strips.statistics(), bytes),
             _ if name.starts_with("multi") => {
                 Row { nodes: Some(multi.node_count()), bytes, ..Row::default() }
             }

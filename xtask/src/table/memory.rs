@@ -1,6 +1,6 @@
 //! The paper's Table 1: bytes of geometry and hierarchy.
 
-use super::contestants::{Contestants, OURS, RAY_STRIPS, megabytes, our_bytes};
+use super::contestants::{Contestants, OURS, PIECES, megabytes, our_bytes};
 use super::models::{self, Model};
 use crate::paper::published;
 use crate::paper::structure::Bytes;
@@ -26,9 +26,8 @@ pub fn print(paths: &[String]) -> Result<()> {
     models::unmatched(paths).into_iter().for_each(published_rows);
     println!(
         "\n{}MB are 2^20 bytes. Vertices are in the geometry of all structures that share them; materials (2 bytes a \
-         triangle in the paper) are in none of ours. {RAY_STRIPS} have strips of pieces of at most {} triangles.",
+         triangle in the paper) are in none of ours. {PIECES}",
         models::note(paths),
-        crate::paper::ray_strip::CHUNK_TRIANGLES
     );
     Ok(())
 }

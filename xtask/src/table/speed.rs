@@ -1,6 +1,6 @@
 //! The paper's Tables 3 and 4: camera rays a second, one by one and in packets of 2 x 2.
 
-use super::contestants::{BASE, Contestants, OURS};
+use super::contestants::{BASE, Contestants, OURS, PIECES};
 use super::models::{self, Model};
 use crate::clock::{Times, thread_time};
 use crate::paper::published::{self, PICTURE_SIDE, million_rays};
@@ -23,10 +23,13 @@ pub enum Kind {
     Packet,
 }
 
+/// Traces rays and counts hits.
+type CountHits<'a> = Box<dyn Fn(&[Ray]) -> usize + 'a>;
+
 /// A structure that traces the picture and counts hits.
 struct Contestant<'a> {
     name: &'static str,
-    trace: Box<dyn Fn(&[Ray]) -> usize + 'a>,
+    trace: CountHits<'a>,
     times: Times,
 }
 
@@ -49,8 +52,8 @@ pub fn print(paths: &[String], kind: Kind) -> Result<()> {
     };
     println!(
         "\n{}Camera rays of a picture of {PICTURE_SIDE} x {PICTURE_SIDE}, {order}; million a second of one thread's \
-         processor time, closest hit, {ROUNDS} rounds of all structures in turn. The last column compares medians with \
-         the first row.",
+         processor time, closest hit, {ROUNDS} rounds of all structures in turn. The last column is \
+         the median speed beside the first row's in the same round. {PIECES}",
         models::note(paths)
     );
     Ok(())
@@ -77,7 +80,7 @@ fn rows(model: &Model, kind: Kind) -> Result<()> {
     add(OURS, Box::new(|rays| ours(model, kind, rays)));
     compete(model, kind, &mut contestants)?;
     let rays = (PICTURE_SIDE * PICTURE_SIDE) as f64 / 1e6;
-    let base = contestants.iter().find(|c| c.name == BASE).map_or(f64::NAN, |c| c.times.median());
+    let base = contestants.iter().find(|c| c.name == BASE).map(|c| c.times.clone()).unwrap_or_default();
     for Contestant { name, times, .. } in &contestants {
         println!(
             "| {} | {} | {name} | {:.2} | {:.2} | {:.2} |",
@@ -85,7 +88,7 @@ fn rows(model: &Model, kind: Kind) -> Result<()> {
             model.triangles(),
             rays / times.median(),
             rays / times.best(),
-            base / times.median(),
+            base.ratio_to(times),
         );
     }
     Ok(())

@@ -18,7 +18,8 @@ pub struct Minimal {
 impl Minimal {
     #[inline]
     fn corners(&self, i: usize) -> [Vec3; 3] {
-        self.triangles[i].map(|v| self.positions[v as usize])
+        let [a, b, c] = self.triangles[i];
+        [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 }
 

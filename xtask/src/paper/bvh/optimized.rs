@@ -95,9 +95,9 @@ impl TriangleList for Optimized {
         let k = (tri.k % 3) as usize;
         let (ku, kv) = (NEXT[k + 1], NEXT[k + 2]);
         let Packet { org, dir, .. } = packet;
-        let [n, second, third] = [tri.n, tri.second, tri.third].map(|part| part.map(Vec4::splat));
-        let t =
-            (n[2] - org[k] - n[0] * org[ku] - n[1] * org[kv]) / (dir[k] + n[0] * dir[ku] + n[1] * dir[kv]);
+        let (n, second, third) = (&tri.n, &tri.second, &tri.third);
+        let t = (Vec4::splat(n[2]) - org[k] - n[0] * org[ku] - n[1] * org[kv])
+            / (dir[k] + dir[ku] * n[0] + dir[kv] * n[1]);
         let between = t.cmpge(packet.tnear) & t.cmplt(best.t);
         if !between.any() {
             return;

@@ -28,9 +28,13 @@ impl Corners {
     /// `vertices` as seen from `org`.
     #[inline]
     pub fn new(vertices: [Vec3; 4], org: Vec3) -> Corners {
-        let points = vertices.map(|v| v - org);
-        let lanes = |axis: usize| Vec4::from_array(points.map(|p| p[axis]));
-        Corners { x: lanes(0), y: lanes(1), z: lanes(2), points }
+        let [a, b, c, d] = [vertices[0] - org, vertices[1] - org, vertices[2] - org, vertices[3] - org];
+        Corners {
+            x: Vec4::new(a.x, b.x, c.x, d.x),
+            y: Vec4::new(a.y, b.y, c.y, d.y),
+            z: Vec4::new(a.z, b.z, c.z, d.z),
+            points: [a, b, c, d],
+        }
     }
 
     /// Moments of the edges from vertex i to i + 1; the fourth is none of the strip's.

@@ -37,8 +37,10 @@ use std::ops::Range;
 use stripify::Stripifier;
 
 /// Most triangles of a piece in which strips are looked for (section 3.3.1, "up to a certain triangle count"). The
-/// paper does not say how many; with these, strips are about as long as in its Table 5.
-pub const CHUNK_TRIANGLES: usize = 64;
+/// paper does not say how many; with these the bunny has about the bytes of its Table 1.
+pub const CHUNK_TRIANGLES: usize = 256;
+/// The same for faster strips that take more bytes: the other end of what the paper's structure can do.
+pub const SHORT_CHUNK_TRIANGLES: usize = 32;
 
 /// What strips came of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -70,7 +70,7 @@ impl RayStrips {
             return;
         };
         let (vertices, count) = strip.leaf(unit);
-        let corners = Corners::new(vertices.map(|v| self.positions[v as usize]), org);
+        let corners = self.corners(vertices, org);
         test_leaf(&corners, count, strip.prim_id(unit), packet, best);
     }
 }
@@ -94,18 +94,17 @@ fn descend(
     let entry = (Vec4::splat(far_plane) - org) * inv_dir * EARLIER;
     let near_mask = here.mask & exit.cmpge(here.tnear).bitmask();
     let far_mask = here.mask & entry.cmple(here.tfar.min(limit)).bitmask();
-    let halves = halves(here.node, here.first, here.units);
-    let near = usize::from(left_is_near == split.reverse);
+    let (near, far) = halves(here.node, here.first, here.units, left_is_near != split.reverse);
     let part =
         |(node, first, units): Half, mask, tnear, tfar| PacketPart { node, first, units, mask, tnear, tfar };
-    let far_part = part(halves[1 - near], far_mask, here.tnear.max(entry), here.tfar);
+    let far_part = part(far, far_mask, here.tnear.max(entry), here.tfar);
     if near_mask == 0 {
         return (far_mask != 0).then_some(far_part);
     }
     if far_mask != 0 {
         stack.push(far_part);
     }
-    Some(part(halves[near], near_mask, here.tnear, here.tfar.min(exit)))
+    Some(part(near, near_mask, here.tnear, here.tfar.min(exit)))
 }
 
 /// Replaces `best` where rays that share the origin of `corners` meet one of the first `count` triangles nearer.

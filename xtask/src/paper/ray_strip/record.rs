@@ -114,6 +114,6 @@ impl<'a> StripRecord<'a> {
     /// Number of the first triangle of leaf `unit`, unlike all others of the mesh.
     #[inline]
     pub fn prim_id(&self, unit: u32) -> u64 {
-        u64::from(self.place) << 16 | u64::from(unit) * LEAF_TRIANGLES as u64
+        (u64::from(self.place) << 16) + u64::from(unit) * LEAF_TRIANGLES as u64
     }
 }

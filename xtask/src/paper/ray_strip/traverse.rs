@@ -5,7 +5,7 @@ use super::RayStrips;
 use super::edges::{Corners, test_leaf};
 use super::record::StripRecord;
 use super::tree::first_half;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use raystrips_geom::Hit;
 
 /// A part of a strip, and where a ray is inside its bounds.
@@ -43,14 +43,22 @@ pub struct PacketPart {
 /// A half of a part: its node, first leaf and leaves.
 pub type Half = (u32, u32, u32);
 
-/// The halves of a part in the order of the strip.
+/// The near and the far half of a part.
 #[inline]
-pub fn halves(node: u32, first: u32, units: u32) -> [Half; 2] {
+pub fn halves(node: u32, first: u32, units: u32, first_is_near: bool) -> (Half, Half) {
     let left = first_half(units);
-    [(node + 1, first, left), (node + left, first + left, units - left)]
+    let halves = ((node + 1, first, left), (node + left, first + left, units - left));
+    if first_is_near { halves } else { (halves.1, halves.0) }
 }
 
 impl RayStrips {
+    /// The vertices of a leaf as seen from `org`.
+    #[inline]
+    pub(super) fn corners(&self, [a, b, c, d]: [u32; 4], org: Vec3) -> Corners {
+        let vertex = |v: u32| self.positions[v as usize];
+        Corners::new([vertex(a), vertex(b), vertex(c), vertex(d)], org)
+    }
+
     /// Tests `ray` against what it meets of a part of a strip.
     #[inline]
     pub(super) fn trace_strip(
@@ -85,7 +93,7 @@ impl RayStrips {
     #[inline]
     pub(super) fn test_unit(&self, strip: &StripRecord, unit: u32, ray: &PreparedRay, best: &mut Hit) {
         let (vertices, count) = strip.leaf(unit);
-        let corners = Corners::new(vertices.map(|v| self.positions[v as usize]), ray.org);
+        let corners = self.corners(vertices, ray.org);
         test_leaf(&corners, count, strip.prim_id(unit), ray, best);
     }
 }
@@ -108,11 +116,10 @@ fn descend(
         if left_is_near { (split.left_max, split.right_min) } else { (split.right_min, split.left_max) };
     let exit = (near_plane - org) * inv_dir * LATER;
     let entry = (far_plane - org) * inv_dir * EARLIER;
-    let halves = halves(here.node, here.first, here.units);
-    let near = usize::from(left_is_near == split.reverse);
+    let (near, far) = halves(here.node, here.first, here.units, left_is_near != split.reverse);
     let part = |(node, first, units): Half, tnear: f32, tfar: f32| Part { node, first, units, tnear, tfar };
     // The range is narrowed for the far half too, even if the near one is missed: Algorithm 1 forgets to.
-    let far_part = part(halves[1 - near], if entry > here.tnear { entry } else { here.tnear }, here.tfar);
+    let far_part = part(far, if entry > here.tnear { entry } else { here.tnear }, here.tfar);
     let meets_far = entry <= here.tfar && entry <= limit;
     if exit < here.tnear {
         return meets_far.then_some(far_part);
@@ -120,5 +127,5 @@ fn descend(
     if meets_far {
         stack.push(far_part);
     }
-    Some(part(halves[near], here.tnear, if exit < here.tfar { exit } else { here.tfar }))
+    Some(part(near, here.tnear, if exit < here.tfar { exit } else { here.tfar }))
 }
