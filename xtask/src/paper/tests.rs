@@ -3,7 +3,7 @@
 use super::bvh::{Minimal, Optimized, PlainBvh};
 use super::mesh::Mesh;
 use super::multi_bvh::{MultiBvh, SingleTriangles};
-use super::ray_strip::{CHUNK_TRIANGLES, RayStrips, SHORT_CHUNK_TRIANGLES, Statistics};
+use super::ray_strip::{Params, RayStrips, Statistics};
 use super::structure::{Stacks, Structure};
 use crate::rays::{in_blocks, picture, ray_sets_of};
 use crate::sample_mesh;
@@ -91,8 +91,10 @@ fn check_all(obj: &str) {
         expected.check("minimal", &PlainBvh::<Minimal>::build(&mesh, leaf_size));
         expected.check("optimized", &PlainBvh::<Optimized>::build(&mesh, leaf_size));
     }
-    for chunk_triangles in [1, 3, SHORT_CHUNK_TRIANGLES, CHUNK_TRIANGLES, 1000] {
-        expected.check("Ray-Strips", &RayStrips::build(&mesh, chunk_triangles));
+    let other = [(1, 1), (3, 2), (1000, 100)]
+        .map(|(chunk_triangles, whole_units)| Params { chunk_triangles, whole_units });
+    for params in [Params::PUBLISHED, Params::TUNED].into_iter().chain(other) {
+        expected.check("Ray-Strips", &RayStrips::build(&mesh, params));
     }
     let multi = MultiBvh::build(&mesh);
     expected.check("multi-BVH", &multi);
@@ -128,7 +130,7 @@ fn one_triangle() {
 fn strips_hold_every_triangle_once_and_swaps() {
     let scene = open(&sample_mesh::obj());
     let mesh = Mesh::of_scene(&scene);
-    let strips = RayStrips::build(&mesh, CHUNK_TRIANGLES);
+    let strips = RayStrips::build(&mesh, Params::PUBLISHED);
     let statistics = strips.statistics();
     assert!(statistics.places >= statistics.triangles);
     assert!(statistics.strips >= statistics.chunks);
@@ -156,7 +158,7 @@ fn bytes_are_those_of_the_paper() {
     assert_eq!((minimal.geometry, minimal.hierarchy), (12 * n + 12 * vertices, 32 * (2 * n - 1)));
     let optimized = PlainBvh::<Optimized>::build(&mesh, 1).bytes();
     assert_eq!((optimized.geometry, optimized.hierarchy), (48 * n, 32 * (2 * n - 1)));
-    let strips = RayStrips::build(&mesh, CHUNK_TRIANGLES);
+    let strips = RayStrips::build(&mesh, Params::PUBLISHED);
     let Statistics { strips: count, places, tree_nodes, nodes, .. } = strips.statistics();
     let geometry = 12 * vertices + (4 * (places + 2 * count) + 2 * count) as u64;
     assert_eq!(strips.bytes().geometry, geometry);

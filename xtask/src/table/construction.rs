@@ -1,12 +1,12 @@
 //! The paper's Table 5: time of construction.
 
-use super::contestants::{BASE, OURS, PIECES, RAY_STRIPS, SHORT_RAY_STRIPS};
+use super::contestants::{BASE, OURS, RAY_STRIPS, TUNED_RAY_STRIPS};
 use super::models::{self, Model};
 use crate::clock::{Times, process_time};
 use crate::paper::bvh::{Optimized, PlainBvh};
 use crate::paper::multi_bvh::MultiBvh;
 use crate::paper::published;
-use crate::paper::ray_strip::{CHUNK_TRIANGLES, RayStrips, SHORT_CHUNK_TRIANGLES};
+use crate::paper::ray_strip::{Params, RayStrips};
 use anyhow::{Context, Result};
 use raystrips_convert::{ConvertParams, Unobserved, convert};
 use std::hint::black_box;
@@ -25,11 +25,11 @@ const BUILDS: [(&str, Build); 6] = [
         Ok(())
     }),
     (RAY_STRIPS, |model, _| {
-        black_box(RayStrips::build(&model.mesh, CHUNK_TRIANGLES));
+        black_box(RayStrips::build(&model.mesh, Params::PUBLISHED));
         Ok(())
     }),
-    (SHORT_RAY_STRIPS, |model, _| {
-        black_box(RayStrips::build(&model.mesh, SHORT_CHUNK_TRIANGLES));
+    (TUNED_RAY_STRIPS, |model, _| {
+        black_box(RayStrips::build(&model.mesh, Params::TUNED));
         Ok(())
     }),
     ("multi-BVH", |model, _| {
@@ -65,11 +65,11 @@ pub fn print(paths: &[String]) -> Result<()> {
         Ok(())
     })?;
     models::unmatched(paths).into_iter().for_each(published_rows);
-    println!(
-        "\n{}Processor time of one thread, {ROUNDS} rounds in turn. All but the last row of {OURS} begin with the mesh \
-         in memory, its triangles in the order of the pack. {PIECES}",
-        models::note(paths)
+    let about = format!(
+        "Processor time of one thread, {ROUNDS} rounds in turn. All but the last row of {OURS} begin with the mesh \
+         in memory, its triangles in the order of the pack."
     );
+    models::print_notes(paths, &about);
     Ok(())
 }
 

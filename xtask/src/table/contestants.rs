@@ -4,7 +4,7 @@ use super::models::Model;
 use crate::paper::bvh::{Minimal, Optimized, PlainBvh};
 use crate::paper::mesh::Mesh;
 use crate::paper::multi_bvh::{MultiBvh, SingleTriangles};
-use crate::paper::ray_strip::{CHUNK_TRIANGLES, RayStrips, SHORT_CHUNK_TRIANGLES};
+use crate::paper::ray_strip::{LEAF_TRIANGLES, Params, RayStrips};
 use crate::paper::structure::{Bytes, Structure};
 
 /// Name of our own structure.
@@ -13,13 +13,8 @@ pub const OURS: &str = "this program";
 pub const BASE: &str = "BVH, optimized, 1 a leaf";
 /// Name of the paper's Ray-Strips.
 pub const RAY_STRIPS: &str = "Ray-Strips as published";
-/// Name of the same over smaller pieces.
-pub const SHORT_RAY_STRIPS: &str = "the same, shorter";
-
-/// What the two kinds of Ray-Strips are.
-pub const PIECES: &str =
-    "The published Ray-Strips are built from pieces of at most 256 triangles, the shorter ones of 32.";
-const _: () = assert!(CHUNK_TRIANGLES == 256 && SHORT_CHUNK_TRIANGLES == 32);
+/// Name of the same with what the paper leaves open chosen for speed.
+pub const TUNED_RAY_STRIPS: &str = "Ray-Strips, tuned";
 
 /// Triangles of a leaf with "a few" (paper, section 6.1).
 const FEW: usize = 4;
@@ -29,7 +24,7 @@ pub struct Contestants {
     pub optimized: [PlainBvh<Optimized>; 2],
     pub minimal: [PlainBvh<Minimal>; 2],
     pub strips: RayStrips,
-    pub short_strips: RayStrips,
+    pub tuned_strips: RayStrips,
     pub multi: MultiBvh,
 }
 
@@ -39,8 +34,8 @@ impl Contestants {
         Contestants {
             optimized: [1, FEW].map(|leaf_size| PlainBvh::build(mesh, leaf_size)),
             minimal: [1, FEW].map(|leaf_size| PlainBvh::build(mesh, leaf_size)),
-            strips: RayStrips::build(mesh, CHUNK_TRIANGLES),
-            short_strips: RayStrips::build(mesh, SHORT_CHUNK_TRIANGLES),
+            strips: RayStrips::build(mesh, Params::PUBLISHED),
+            tuned_strips: RayStrips::build(mesh, Params::TUNED),
             multi: MultiBvh::build(mesh),
         }
     }
@@ -52,7 +47,7 @@ impl Contestants {
         f("BVH, minimal, 1 a leaf", &self.minimal[0]);
         f("BVH, minimal, 4 a leaf", &self.minimal[1]);
         f(RAY_STRIPS, &self.strips);
-        f(SHORT_RAY_STRIPS, &self.short_strips);
+        f(TUNED_RAY_STRIPS, &self.tuned_strips);
         f("multi-BVH, triangle packets", &self.multi);
     }
 
@@ -70,6 +65,17 @@ pub fn our_bytes(model: &Model) -> Bytes {
         geometry: bytes.vertices + bytes.indices,
         hierarchy: bytes.strip_trees + bytes.nodes + bytes.page_overhead,
     }
+}
+
+/// A sentence on the two kinds of Ray-Strips.
+pub fn about_strips() -> String {
+    let Params { chunk_triangles: published, .. } = Params::PUBLISHED;
+    let Params { chunk_triangles: tuned, whole_units } = Params::TUNED;
+    let whole = whole_units as usize * LEAF_TRIANGLES;
+    format!(
+        "Published Ray-Strips are of pieces of up to {published} triangles and have leaves of {LEAF_TRIANGLES}; tuned \
+         ones are of pieces of up to {tuned}, and parts of up to {whole} triangles are tested whole."
+    )
 }
 
 /// MB as the paper counts them.

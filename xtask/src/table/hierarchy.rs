@@ -1,6 +1,6 @@
 //! The paper's Table 2, and the strips of its Table 5: what hierarchies are made of.
 
-use super::contestants::{Contestants, OURS, PIECES, RAY_STRIPS, SHORT_RAY_STRIPS, megabytes, our_bytes};
+use super::contestants::{Contestants, OURS, RAY_STRIPS, TUNED_RAY_STRIPS, megabytes, our_bytes};
 use super::models::{self, Model};
 use crate::paper::published;
 use crate::paper::ray_strip::Statistics;
@@ -30,19 +30,17 @@ pub fn print(paths: &[String]) -> Result<()> {
         Ok(())
     })?;
     models::unmatched(paths).into_iter().for_each(published_row);
-    println!(
-        "\n{}Places are triangles of strips and swaps; the paper's strip length must be one in places, since times \
+    let about = "Places are triangles of strips and swaps; the paper's strip length must be one in places, since times \
          strips it exceeds the triangles. Bytes of this program's hierarchy have headers, directory and padding of pages \
-         in them; its nodes have eight children. {PIECES}",
-        models::note(paths)
-    );
+         in them; its nodes have eight children.";
+    models::print_notes(paths, about);
     others();
     Ok(())
 }
 
 fn rows(model: &Model) {
     let contestants = Contestants::build(&model.mesh);
-    let Contestants { optimized, strips, short_strips, multi, .. } = &contestants;
+    let Contestants { optimized, strips, tuned_strips, multi, .. } = &contestants;
     let nodes = [optimized[0].node_count(), optimized[1].node_count()];
     let of_strips = |statistics: Statistics, bytes| Row {
         nodes: Some(statistics.nodes),
@@ -56,7 +54,7 @@ fn rows(model: &Model) {
         let is_few = name.ends_with("4 a leaf");
         let found = match name {
             RAY_STRIPS => of_strips(strips.statistics(), bytes),
-            SHORT_RAY_STRIPS => of_strips(short_strips.statistics(), bytes),
+            TUNED_RAY_STRIPS => of_strips(tuned_strips.statistics(), bytes),
             _ if name.starts_with("multi") => {
                 Row { nodes: Some(multi.node_count()), bytes, ..Row::default() }
             }

@@ -1,6 +1,6 @@
 //! The paper's Table 1: bytes of geometry and hierarchy.
 
-use super::contestants::{Contestants, OURS, PIECES, megabytes, our_bytes};
+use super::contestants::{Contestants, OURS, megabytes, our_bytes};
 use super::models::{self, Model};
 use crate::paper::published;
 use crate::paper::structure::Bytes;
@@ -24,11 +24,9 @@ pub fn print(paths: &[String]) -> Result<()> {
         Ok(())
     })?;
     models::unmatched(paths).into_iter().for_each(published_rows);
-    println!(
-        "\n{}MB are 2^20 bytes. Vertices are in the geometry of all structures that share them; materials (2 bytes a \
-         triangle in the paper) are in none of ours. {PIECES}",
-        models::note(paths),
-    );
+    let about = "MB are 2^20 bytes. Vertices are in the geometry of all structures that share them; materials (2 bytes a \
+         triangle in the paper) are in none of ours.";
+    models::print_notes(paths, about);
     Ok(())
 }
 

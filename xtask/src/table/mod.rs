@@ -32,3 +32,21 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     }
     Ok(ExitCode::SUCCESS)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_the_generated_mesh() {
+        memory::print(&[]).unwrap();
+        hierarchy::print(&[]).unwrap();
+    }
+
+    #[test]
+    fn unknown_tables_are_refused() {
+        let run = |name: &str| task(Path::new("."), &[name.to_owned()]);
+        assert!(run("memories").unwrap_err().to_string().contains("memory|hierarchy"));
+        assert!(run("basics").is_err());
+    }
+}

@@ -1,5 +1,6 @@
 //! The models that a table is printed for, one at a time.
 
+use super::contestants::about_strips;
 use crate::paper::mesh::Mesh;
 use crate::paper::published;
 use crate::sample_mesh;
@@ -62,9 +63,10 @@ pub fn unmatched(paths: &[String]) -> Vec<&'static published::Model> {
     published::Model::others(stems.iter().map(String::as_str))
 }
 
-/// A line to be printed beneath a table that was given no models.
-pub fn note(paths: &[String]) -> &'static str {
-    if paths.is_empty() { "No models were given: the table is that of a small generated mesh. " } else { "" }
+/// Prints `about`, and what else there is to say beneath a table of Ray-Strips.
+pub fn print_notes(paths: &[String], about: &str) {
+    let generated = "No models were given: the table is that of a small generated mesh. ";
+    println!("\n{}{about} {}", if paths.is_empty() { generated } else { "" }, about_strips());
 }
 
 fn stem(path: &Path) -> String {

@@ -1,6 +1,6 @@
 //! The paper's Tables 3 and 4: camera rays a second, one by one and in packets of 2 x 2.
 
-use super::contestants::{BASE, Contestants, OURS, PIECES};
+use super::contestants::{BASE, Contestants, OURS};
 use super::models::{self, Model};
 use crate::clock::{Times, thread_time};
 use crate::paper::published::{self, PICTURE_SIDE, million_rays};
@@ -50,12 +50,12 @@ pub fn print(paths: &[String], kind: Kind) -> Result<()> {
             "in packets of 2 x 2 pixels; a multi-BVH has none and traces the same rays one by one in that order"
         }
     };
-    println!(
-        "\n{}Camera rays of a picture of {PICTURE_SIDE} x {PICTURE_SIDE}, {order}; million a second of one thread's \
+    let about = format!(
+        "Camera rays of a picture of {PICTURE_SIDE} x {PICTURE_SIDE}, {order}; million a second of one thread's \
          processor time, closest hit, {ROUNDS} rounds of all structures in turn. The last column is \
-         the median speed beside the first row's in the same round. {PIECES}",
-        models::note(paths)
+         the median speed beside the first row's in the same round."
     );
+    models::print_notes(paths, &about);
     Ok(())
 }
 

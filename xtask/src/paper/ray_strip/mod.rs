@@ -36,11 +36,25 @@ use record::{RecordWriter, StripRecord};
 use std::ops::Range;
 use stripify::Stripifier;
 
-/// Most triangles of a piece in which strips are looked for (section 3.3.1, "up to a certain triangle count"). The
-/// paper does not say how many; with these the bunny has about the bytes of its Table 1.
-pub const CHUNK_TRIANGLES: usize = 256;
-/// The same for faster strips that take more bytes: the other end of what the paper's structure can do.
-pub const SHORT_CHUNK_TRIANGLES: usize = 32;
+pub use tree::LEAF_TRIANGLES;
+
+/// What the paper leaves open.
+#[derive(Clone, Copy, Debug)]
+pub struct Params {
+    /// Most triangles of a piece in which strips are looked for (section 3.3.1, "up to a certain triangle count").
+    pub chunk_triangles: usize,
+    /// Parts of so many leaves are tested whole, which section 5.2 allows at every step.
+    pub whole_units: u32,
+}
+
+impl Params {
+    /// What comes nearest to the paper's figures: with these pieces the bunny has about the bytes of Table 1, and with
+    /// the leaves of Algorithm 1 about the speed beside the plain hierarchy that Table 3 tells.
+    pub const PUBLISHED: Params = Params { chunk_triangles: 256, whole_units: 1 };
+    /// What is fastest: small pieces have more boxes and better ones, and the nodes over the last few triangles cost
+    /// more than they save.
+    pub const TUNED: Params = Params { chunk_triangles: 32, whole_units: 4 };
+}
 
 /// What strips came of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,15 +80,17 @@ pub struct RayStrips {
     hierarchy: Hierarchy,
     records: Vec<u8>,
     statistics: Statistics,
+    params: Params,
 }
 
 impl RayStrips {
-    /// Builds over `mesh` from pieces of at most `chunk_triangles`.
+    /// Builds over `mesh`.
     ///
     /// # Panics
     /// If a strip can become longer than its two bytes of length can tell.
-    pub fn build(mesh: &Mesh, chunk_triangles: usize) -> RayStrips {
-        let chunks = raystrips_strips::bvh::build(&mesh.boxes(), &|items| items.len() <= chunk_triangles);
+    pub fn build(mesh: &Mesh, params: Params) -> RayStrips {
+        let chunks =
+            raystrips_strips::bvh::build(&mesh.boxes(), &|items| items.len() <= params.chunk_triangles);
         let mut builder = Builder {
             mesh,
             stripifier: Stripifier::new(mesh),
@@ -89,7 +105,13 @@ impl RayStrips {
             count: strip.len() as u32,
         });
         statistics.nodes = hierarchy.node_count();
-        RayStrips { positions: mesh.positions.clone(), hierarchy, records: writer.finish(), statistics }
+        RayStrips {
+            positions: mesh.positions.clone(),
+            hierarchy,
+            records: writer.finish(),
+            statistics,
+            params,
+        }
     }
 
     /// What strips there are.

@@ -38,8 +38,10 @@ impl RayStrips {
                     best.search_single(i, search);
                 }
                 None
-            } else if here.units == 1 {
-                self.test_unit_packet(&strip, here.first, packet, here.mask, best);
+            } else if here.units <= self.params.whole_units {
+                for unit in here.first..here.first + here.units {
+                    self.test_unit_packet(&strip, unit, packet, here.mask, best);
+                }
                 None
             } else {
                 descend(&strip, packet, &here, stack, best.t)

@@ -72,12 +72,13 @@ impl RayStrips {
         stack.clear();
         let mut next = Some(part);
         while let Some(here) = next {
-            next = match here.units {
-                1 => {
-                    self.test_unit(strip, here.first, ray, best);
-                    None
+            next = if here.units <= self.params.whole_units {
+                for unit in here.first..here.first + here.units {
+                    self.test_unit(strip, unit, ray, best);
                 }
-                _ => descend(strip, ray, &here, stack, best.t),
+                None
+            } else {
+                descend(strip, ray, &here, stack, best.t)
             };
             while next.is_none() {
                 match stack.pop() {
