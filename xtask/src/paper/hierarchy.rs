@@ -46,19 +46,10 @@ pub struct Waiting {
     tfar: f32,
 }
 
-/// The same for a packet; `mask` has the rays that meet the box.
+/// The same for a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct WaitingPacket {
-    link: Link,
-    mask: u32,
-    tnear: Vec4,
-    tfar: Vec4,
-}
-
-/// A leaf that a packet meets.
-#[derive(Clone, Copy, Debug)]
-pub struct PacketLeaf {
-    /// The leaf.
+    /// What is below the node.
     pub link: Link,
     /// Rays that meet its box.
     pub mask: u32,
@@ -140,7 +131,7 @@ impl Hierarchy {
         packet: &Packet,
         stack: &mut Vec<WaitingPacket>,
         best: &mut PacketHits,
-        mut leaf: impl FnMut(PacketLeaf, &mut PacketHits),
+        mut leaf: impl FnMut(&WaitingPacket, &mut PacketHits),
     ) {
         stack.clear();
         let mut here = test_packet(packet, &both(&self.bounds), 0, self.root, best.t);
@@ -163,8 +154,7 @@ impl Hierarchy {
                     continue;
                 }
             } else {
-                let WaitingPacket { link, mask, tnear, tfar } = here;
-                leaf(PacketLeaf { link, mask, tnear, tfar }, best);
+                leaf(&here, best);
             }
             here = loop {
                 let Some(next) = stack.pop() else { return };

@@ -1,6 +1,6 @@
 //! Figures of the paper's tables (Lauterbach, Yoon, Manocha 2007, section 6), to be printed beside ours.
 //!
-//! MB are 2^20 bytes: that is what 14 bytes a triangle and 12 a vertex come to.
+//! MB are 2^20 bytes: that is what 48 bytes a triangle come to in its Table 1.
 
 /// Bytes of a structure in MB, as in Table 1.
 #[derive(Clone, Copy, Debug)]
@@ -18,9 +18,9 @@ pub struct Memory {
 pub struct Model {
     /// Name in the paper.
     pub name: &'static str,
-    /// How names of files of this model begin, or what they hold.
+    /// Words in the names of its files.
     pub aliases: &'static [&'static str],
-    /// Triangles; those of the files where they are known, as the paper rounds them.
+    /// Triangles: those of the file where there is one to be had, else as the paper rounds them.
     pub triangles: f64,
     /// Table 1: Ray-Strips, BVH over minimal triangles, BVH over optimized triangles.
     pub memory: [Memory; 3],

@@ -3,7 +3,8 @@
 use super::contestants::{Contestants, OURS, RAY_STRIPS, TUNED_RAY_STRIPS, megabytes, our_bytes};
 use super::models::{self, Model};
 use crate::paper::published;
-use crate::paper::ray_strip::Statistics;
+use crate::paper::ray_strip::RayStrips;
+use crate::paper::structure::Structure;
 use anyhow::Result;
 
 /// A row; what a structure does not have is left blank.
@@ -39,36 +40,33 @@ pub fn print(paths: &[String]) -> Result<()> {
 }
 
 fn rows(model: &Model) {
-    let contestants = Contestants::build(&model.mesh);
-    let Contestants { optimized, strips, tuned_strips, multi, .. } = &contestants;
-    let nodes = [optimized[0].node_count(), optimized[1].node_count()];
-    let of_strips = |statistics: Statistics, bytes| Row {
-        nodes: Some(statistics.nodes),
-        tree_nodes: Some(statistics.tree_nodes),
-        strips: Some(statistics.strips as u64),
-        places: Some(statistics.places as u64),
-        bytes,
+    let Contestants { optimized, strips, tuned_strips, multi, .. } = &Contestants::build(&model.mesh);
+    let of_nodes = |nodes: usize, structure: &dyn Structure| Row {
+        nodes: Some(nodes),
+        bytes: structure.bytes().hierarchy,
+        ..Row::default()
     };
-    contestants.for_each(|name, structure| {
-        let bytes = structure.bytes().hierarchy;
-        let is_few = name.ends_with("4 a leaf");
-        let found = match name {
-            RAY_STRIPS => of_strips(strips.statistics(), bytes),
-            TUNED_RAY_STRIPS => of_strips(tuned_strips.statistics(), bytes),
-            _ if name.starts_with("multi") => {
-                Row { nodes: Some(multi.node_count()), bytes, ..Row::default() }
-            }
-            _ => Row { nodes: Some(nodes[usize::from(is_few)]), bytes, ..Row::default() },
-        };
-        // Both kinds of triangles have the same hierarchy.
-        if !name.contains("minimal") {
-            row(model, name, &found);
-        }
-    });
+    // Over minimal triangles the hierarchy is the same.
+    row(model, "BVH, 1 a leaf", &of_nodes(optimized[0].node_count(), &optimized[0]));
+    row(model, "BVH, 4 a leaf", &of_nodes(optimized[1].node_count(), &optimized[1]));
+    row(model, RAY_STRIPS, &of_strips(strips));
+    row(model, TUNED_RAY_STRIPS, &of_strips(tuned_strips));
+    row(model, "multi-BVH", &of_nodes(multi.node_count(), multi));
     let manifest = &model.report.manifest;
     let (strips, triangles) = (Some(manifest.strips), Some(manifest.triangles));
     let bytes = our_bytes(model).hierarchy;
     row(model, OURS, &Row { strips, places: triangles, bytes, ..Row::default() });
+}
+
+fn of_strips(strips: &RayStrips) -> Row {
+    let statistics = strips.statistics();
+    Row {
+        nodes: Some(statistics.nodes),
+        tree_nodes: Some(statistics.tree_nodes),
+        strips: Some(statistics.strips as u64),
+        places: Some(statistics.places as u64),
+        bytes: strips.bytes().hierarchy,
+    }
 }
 
 fn row(model: &Model, name: &str, row: &Row) {

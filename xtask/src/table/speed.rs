@@ -4,6 +4,7 @@ use super::contestants::{BASE, Contestants, OURS};
 use super::models::{self, Model};
 use crate::clock::{Times, thread_time};
 use crate::paper::published::{self, PICTURE_SIDE, million_rays};
+use crate::paper::structure::Structure;
 use crate::rays::{in_blocks, picture};
 use anyhow::{Result, ensure};
 use raystrips_geom::{Hit, Ray};
@@ -74,7 +75,6 @@ fn rows(model: &Model, kind: Kind) -> Result<()> {
         );
     });
     if kind == Kind::Single {
-        use crate::paper::structure::Structure;
         add("multi-BVH, single triangles", Box::new(|rays| single_triangles.count_hits(rays)));
     }
     add(OURS, Box::new(|rays| ours(model, kind, rays)));

@@ -1,7 +1,7 @@
 //! Packets down the tree along a strip (paper, section 5.3): a part is visited if any ray meets it, and where few
 //! do, each goes on alone, with its four lanes given to edges instead of rays.
 
-use super::super::hierarchy::PacketLeaf;
+use super::super::hierarchy::WaitingPacket;
 use super::super::packet::{Packet, PacketHits, lanes};
 use super::super::ray::{EARLIER, LATER};
 use super::RayStrips;
@@ -19,13 +19,13 @@ impl RayStrips {
     pub(super) fn trace_strip_packet(
         &self,
         packet: &Packet,
-        leaf: &PacketLeaf,
+        leaf: &WaitingPacket,
         stack: &mut Vec<PacketPart>,
         single_stack: &mut Vec<Part>,
         best: &mut PacketHits,
     ) {
         let strip = self.strip(leaf.link);
-        let PacketLeaf { mask, tnear, tfar, .. } = *leaf;
+        let WaitingPacket { mask, tnear, tfar, .. } = *leaf;
         stack.clear();
         let mut next = Some(PacketPart { node: 0, first: 0, units: strip.units(), mask, tnear, tfar });
         while let Some(here) = next {
