@@ -1,6 +1,6 @@
 //! The paper's Table 5: time of construction.
 
-use super::contestants::{BASE, OURS, RAY_STRIPS, TUNED_RAY_STRIPS};
+use super::contestants::{BASE, RAY_STRIPS, TUNED_RAY_STRIPS};
 use super::models::{self, Model};
 use crate::clock::{Times, process_time};
 use crate::paper::bvh::{Optimized, PlainBvh};
@@ -66,7 +66,7 @@ pub fn print(paths: &[String]) -> Result<()> {
     })?;
     models::unmatched(paths).into_iter().for_each(published_rows);
     let about = format!(
-        "Processor time of one thread, {ROUNDS} rounds in turn. All but the last row of {OURS} begin with the mesh \
+        "Processor time of one thread, {ROUNDS} rounds in turn. All rows of a model but the last begin with the mesh \
          in memory, its triangles in the order of the pack."
     );
     models::print_notes(paths, &about);
