@@ -3,10 +3,13 @@
 // Printing is what tasks are run for.
 #![allow(clippy::print_stdout)]
 
+mod clock;
 mod compare;
 mod flags;
 mod output;
+mod paper;
 mod rays;
+mod sample_mesh;
 mod scene;
 mod table;
 mod tidy;
@@ -31,7 +34,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "table",
-        help: "print a table of docs/RESULTS.md; run with --release: cargo run --release -p xtask -- table basics MODEL...",
+        help: "print a table: cargo run --release -p xtask -- table basics|memory|hierarchy|single|packet|construction MODEL...",
         run: table::task,
     },
     Task {

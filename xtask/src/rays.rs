@@ -15,8 +15,13 @@ const HALF_FOV: f32 = std::f32::consts::FRAC_PI_8;
 /// second diffuse bounce; chords between points of the bounding sphere: all in the order in which a renderer makes
 /// them.
 pub fn ray_sets(scene: &Scene) -> [Vec<Ray>; 4] {
+    ray_sets_of(scene, PICTURE)
+}
+
+/// The same for a picture of `side` x `side` pixels.
+pub fn ray_sets_of(scene: &Scene, side: usize) -> [Vec<Ray>; 4] {
     let mut maker = Maker::new(scene);
-    let primary = maker.primary();
+    let primary = maker.primary(side);
     let first: Vec<Bounce> = primary.iter().filter_map(|ray| maker.bounce(ray)).collect();
     let reach = 0.25 * maker.radius * 2.0;
     let ao = first
@@ -27,6 +32,19 @@ pub fn ray_sets(scene: &Scene) -> [Vec<Ray>; 4] {
     let second = first.iter().filter_map(|b| maker.bounce(&b.ray(4))).map(|b| b.ray(5)).collect();
     let chord = (0..MAX_RAYS).map(|i| maker.chord(i as u64)).collect();
     [primary, ao, second, chord]
+}
+
+/// Camera rays of a picture of `side` x `side` pixels in scan-line order.
+pub fn picture(scene: &Scene, side: usize) -> Vec<Ray> {
+    Maker::new(scene).primary(side)
+}
+
+/// The rays of a picture, `side` by `side` in scan-line order, in blocks of `block` by `block`, which divides `side`.
+pub fn in_blocks<T: Copy>(picture: &[T], side: usize, block: usize) -> Vec<T> {
+    let pixels =
+        move |first: usize| (first..first + block).flat_map(move |y| (0..block).map(move |x| (x, y)));
+    let blocks = (0..side).step_by(block).flat_map(|y| (0..side).step_by(block).map(move |x| (x, y)));
+    blocks.flat_map(|(left, top)| pixels(top).map(move |(x, y)| picture[y * side + left + x])).collect()
 }
 
 struct Maker<'s> {
@@ -59,15 +77,15 @@ impl<'s> Maker<'s> {
         Maker { scene, tracer: Tracer::new(scene), center: bounds.center(), radius: bounds.diagonal() * 0.5 }
     }
 
-    fn primary(&self) -> Vec<Ray> {
+    fn primary(&self, side: usize) -> Vec<Ray> {
         let view = Vec3::new(-0.55, -0.35, -0.76).normalize();
         let right = view.cross(Vec3::Y).normalize();
         let up = right.cross(view);
         let eye = self.center - view * (0.85 * self.radius / HALF_FOV.sin());
         let width = HALF_FOV.tan();
-        let along = |pixel: usize| (2.0 * (pixel as f32 + 0.5) / PICTURE as f32 - 1.0) * width;
+        let along = |pixel: usize| (2.0 * (pixel as f32 + 0.5) / side as f32 - 1.0) * width;
         let ray = |x: usize, y: usize| Ray::new(eye, (view + right * along(x) - up * along(y)).normalize());
-        (0..PICTURE).flat_map(|y| (0..PICTURE).map(move |x| (x, y))).map(|(x, y)| ray(x, y)).collect()
+        (0..side).flat_map(|y| (0..side).map(move |x| (x, y))).map(|(x, y)| ray(x, y)).collect()
     }
 
     fn bounce(&mut self, ray: &Ray) -> Option<Bounce> {

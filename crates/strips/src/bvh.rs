@@ -67,7 +67,8 @@ impl Bvh {
         }
     }
 
-    fn renumber(self, first: usize) -> Bvh {
+    /// The same hierarchy with items counted from `first` instead of 0.
+    pub fn renumber(self, first: usize) -> Bvh {
         match self {
             Bvh::Leaf { bounds, items } => {
                 Bvh::Leaf { bounds, items: items.start + first..items.end + first }

@@ -5,6 +5,10 @@ use anyhow::Result;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// Camera rays in the order of blocks of pixels, for packets.
+pub const BLOCKS_FILE: &str = "primary_blocks.rays";
+/// Pixels along a side of such a block.
+pub const BLOCK: usize = 8;
 /// Tracings in one run of a program, of which it tells the fastest.
 const REPEAT: &str = "3";
 
@@ -12,7 +16,7 @@ const REPEAT: &str = "3";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contestant {
     Ours,
-    /// Neighboring rays traced together.
+    /// Packets of the camera rays of blocks of pixels.
     OursPackets,
     /// With the mode of its scene.
     Embree(&'static str),
@@ -131,8 +135,12 @@ impl Contestant {
             command.arg(&files.model).arg(files.rays_of(kind)).args(["--mode", mode]);
             return with(command, ["--query", "any"], kind.any_hit);
         }
+        let rays = match self {
+            Contestant::OursPackets => files.rays.join(BLOCKS_FILE),
+            _ => files.rays_of(kind),
+        };
         let mut command = Command::new(&programs.raystrips);
-        command.arg("trace").arg(&files.pack).arg("--rays").arg(files.rays_of(kind)).arg("--json");
+        command.arg("trace").arg(&files.pack).arg("--rays").arg(rays).arg("--json");
         let command = with(command, ["--occluded"], kind.any_hit);
         with(command, ["--packets"], self == Contestant::OursPackets)
     }

@@ -8,8 +8,9 @@ mod report;
 mod rounds;
 
 use crate::flags::Flags;
+use crate::rays::in_blocks;
 use anyhow::{Context, Result, bail};
-use contestant::{ALL, Contestant, Files};
+use contestant::{ALL, BLOCK, BLOCKS_FILE, Contestant, Files};
 use programs::Programs;
 use raystrips_convert::{ConvertParams, Unobserved, convert};
 use std::path::{Path, PathBuf};
@@ -69,7 +70,16 @@ fn prepare(programs: &Programs, model: &Path, scratch: &Path) -> Result<(Files, 
     let inputs = [PathBuf::from(model)];
     let report = convert(&inputs, &files.pack, &ConvertParams::default(), &Unobserved)?;
     programs::output(Command::new(&programs.make_rays).arg(model).arg(scratch))?;
+    write_blocks(scratch)?;
     Ok((files, report.manifest.triangles, report.manifest.bytes_per_triangle()))
+}
+
+/// Writes the camera rays, those of a square picture, once more in the order of blocks.
+fn write_blocks(scratch: &Path) -> Result<()> {
+    let bytes = std::fs::read(scratch.join("primary.rays"))?;
+    let rays: Vec<[u8; 32]> = bytes.as_chunks().0.to_vec();
+    let blocks = in_blocks(&rays, rays.len().isqrt(), BLOCK);
+    Ok(std::fs::write(scratch.join(BLOCKS_FILE), blocks.as_flattened())?)
 }
 
 #[cfg(test)]

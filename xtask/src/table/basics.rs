@@ -1,12 +1,13 @@
 //! Bytes a triangle, speed of conversion, and rays a second on one core, by length of strips.
 
+use crate::clock::thread_time;
 use crate::rays::ray_sets;
 use anyhow::Result;
 use raystrips_convert::{ConvertParams, ConvertReport, StripParams, Unobserved, convert};
-use raystrips_geom::Ray;
+use raystrips_geom::{Hit, Ray};
 use raystrips_tracer::{Scene, Tracer};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Longest strips that are compared, in windows.
 const STRIP_WINDOWS: [usize; 3] = [1, 2, 4];
@@ -69,17 +70,12 @@ fn fastest_conversion(model: &Path, pack: &Path, params: &ConvertParams) -> Resu
 
 fn million_rays_per_second(scene: &Scene, rays: &[Ray]) -> f64 {
     let mut tracer = Tracer::new(scene);
+    let mut hits = vec![Hit::MISS; rays.len()];
     let mut once = || {
         let begin = thread_time();
-        let hits = rays.iter().filter(|ray| tracer.intersect(ray).is_hit()).count();
-        std::hint::black_box(hits);
+        tracer.intersect_batch(rays, std::hint::black_box(&mut hits));
         thread_time() - begin
     };
     let best = (0..REPEATS).map(|_| once()).min().expect("it was traced at least once");
     rays.len() as f64 / best.as_secs_f64() / 1e6
-}
-
-fn thread_time() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }

@@ -1,6 +1,12 @@
 //! `cargo xtask table NAME MODEL...`: prints a table of docs/RESULTS.md.
 
 mod basics;
+mod construction;
+mod contestants;
+mod hierarchy;
+mod memory;
+mod models;
+mod speed;
 
 use anyhow::{Result, bail};
 use std::path::Path;
@@ -8,9 +14,39 @@ use std::process::ExitCode;
 
 /// Prints the table that the first argument names.
 pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
-    match arguments.split_first() {
-        Some((name, models)) if name == "basics" && !models.is_empty() => basics::print(models)?,
-        _ => bail!("usage: cargo xtask table basics MODEL..."),
+    let (name, models) = match arguments.split_first() {
+        Some((name, models)) => (name.as_str(), models),
+        None => ("", arguments),
+    };
+    match name {
+        "basics" if !models.is_empty() => basics::print(models)?,
+        "memory" => memory::print(models)?,
+        "hierarchy" => hierarchy::print(models)?,
+        "single" => speed::print(models, speed::Kind::Single)?,
+        "packet" => speed::print(models, speed::Kind::Packet)?,
+        "construction" => construction::print(models)?,
+        _ => bail!(
+            "usage: cargo xtask table basics MODEL...\n       \
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]"
+        ),
     }
     Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_the_generated_mesh() {
+        memory::print(&[]).unwrap();
+        hierarchy::print(&[]).unwrap();
+    }
+
+    #[test]
+    fn unknown_tables_are_refused() {
+        let run = |name: &str| task(Path::new("."), &[name.to_owned()]);
+        assert!(run("memories").unwrap_err().to_string().contains("memory|hierarchy"));
+        assert!(run("basics").is_err());
+    }
 }
