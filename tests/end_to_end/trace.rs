@@ -148,6 +148,20 @@ fn threads_and_kernels_change_no_byte() {
 }
 
 #[test]
+fn packets_change_no_byte() {
+    let eye = [0.4, 0.3, 5.0];
+    let aim = |i: usize| [(i % 16) as f64 * 0.05, (i / 16) as f64 * 0.05, 0.0];
+    let mut rays: Vec<Ray> = (0..256).map(|i| ray(eye, [0, 1, 2].map(|k| aim(i)[k] - eye[k]))).collect();
+    // One that does not keep together with the others.
+    rays[200] = ray([9.0, 9.0, 9.0], [0.0, -1.0, -1.0]);
+    let folder = folder_with_hills(&Mesh::hills(40), &rays);
+    folder.run("trace hills.rsp --rays rays -o single").done();
+    folder.run("trace hills.rsp --rays rays -o packets --packets").done();
+    assert!(folder.read("single") == folder.read("packets"));
+    assert!(rays::decode(&folder.read("single")).iter().any(|hit| hit.t.is_finite()));
+}
+
+#[test]
 fn json_has_the_promised_keys() {
     let folder = folder_with_box("");
     folder.write("rays", rays::encode(&rays_onto_box()));

@@ -3,7 +3,7 @@
 use crate::world::{Emitter, Surface, World};
 use glam::Vec3;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
-use raystrips_tracer::{Scene, intersect_batch, occluded_batch};
+use raystrips_tracer::{Scene, Tracer, intersect_batch, occluded_batch};
 
 /// A scene of the tracer, ready to be rendered.
 pub struct TracedWorld {
@@ -31,6 +31,10 @@ impl TracedWorld {
 impl World for TracedWorld {
     fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
         intersect_batch(&self.scene, rays, hits);
+    }
+
+    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+        Tracer::new(&self.scene).intersect_packet(rays, hits);
     }
 
     fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {

@@ -145,8 +145,10 @@ impl Wave {
         let sample_count = u64::from(tile.width * tile.height) * u64::from(context.params.spp);
         for start in (0..sample_count).step_by(WAVE_PATHS as usize) {
             self.generate(context, tile, start..sample_count.min(start + WAVE_PATHS), &mut film);
+            let mut are_camera_rays = true;
             while !self.current.rays.is_empty() {
-                self.intersect(context);
+                self.intersect(context, are_camera_rays);
+                are_camera_rays = false;
                 self.shade(context, &mut film);
                 self.resolve_shadows(context, &mut film);
                 mem::swap(&mut self.current, &mut self.next);
@@ -182,11 +184,15 @@ impl Wave {
         self.stats.seconds.generate += start.elapsed().as_secs_f64();
     }
 
-    fn intersect(&mut self, context: &WaveContext) {
+    fn intersect(&mut self, context: &WaveContext, are_camera_rays: bool) {
         let start = Instant::now();
         self.hits.clear();
         self.hits.resize(self.current.rays.len(), Hit::MISS);
-        context.world.intersect_batch(&self.current.rays, &mut self.hits);
+        let (rays, hits) = (&self.current.rays, &mut self.hits);
+        match are_camera_rays {
+            true => context.world.intersect_camera_batch(rays, hits),
+            false => context.world.intersect_batch(rays, hits),
+        }
         self.surfaces.resize(self.hits.len(), Surface::default());
         context.world.surface_batch(&self.hits, &mut self.surfaces);
         self.stats.seconds.trace += start.elapsed().as_secs_f64();

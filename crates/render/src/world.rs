@@ -11,6 +11,11 @@ pub trait World: Sync {
     /// the same length.
     fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]);
 
+    /// The same for rays that keep together, those of neighboring pixels.
+    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.intersect_batch(rays, hits);
+    }
+
     /// Writes into `occluded[i]` whether anything lies on the segment of `rays[i]`. The slices have the same
     /// length.
     fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]);

@@ -12,8 +12,6 @@ use raystrips_tracer::Tracer;
 
 /// Rounds in which every structure traces the picture once.
 const ROUNDS: usize = 9;
-/// Rays of our own packets.
-const PACKET: usize = 4;
 
 /// Which of the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
