@@ -8,6 +8,7 @@
 use crate::scene::Scene;
 use crate::simd::Simd;
 use crate::walk::{Step, Walk};
+use crate::window::Candidates;
 use raystrips_geom::{Hit, Ray};
 
 /// Walks under way.
@@ -79,6 +80,7 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
     let mut rays = Rays { rays: rays.iter().enumerate() };
     let mut ray_of = [0; WALKS];
     let mut lists = [List::EMPTY; Step::COUNT];
+    let mut candidates = [Candidates::NONE; WALKS];
     for (i, walk) in walks.iter_mut().enumerate() {
         let Some((number, ray)) = rays.next(done) else { break };
         walk.begin(s, scene, ray);
@@ -128,10 +130,12 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
             }
             let mut met = List::EMPTY;
             for i in strips.iter() {
-                met.push_if(i, walks[i].step_strip(s));
+                // What has no candidates gives its place to the next.
+                let has_candidates = walks[i].step_strip(s, &mut candidates[met.len % WALKS]);
+                met.push_if(i, has_candidates);
             }
-            for i in met.iter() {
-                walks[i].meet(s);
+            for (i, candidates) in met.iter().zip(&candidates) {
+                walks[i].meet(s, candidates);
             }
             for i in strips.iter() {
                 sort_in(s, i, walks, &mut lists);

@@ -87,7 +87,6 @@ pub(crate) struct Walk<'s, const ANY: bool> {
     link: u32,
     page: PageView<'s>,
     page_grid: RayGrid,
-    candidates: Candidates,
     top_slack: [f32; LANES],
     waiting: Stack,
 }
@@ -101,7 +100,6 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
             link: DONE_LINK,
             page: scene.page(0),
             page_grid: RayGrid::NONE,
-            candidates: Candidates::NONE,
             top_slack: [0.0; LANES],
             waiting: Stack::new(),
         }
@@ -143,12 +141,13 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn finish<S: Simd>(&mut self, s: S, scene: &'s Scene) {
         let mut step = Step::of(self.link);
+        let mut candidates = Candidates::NONE;
         loop {
             match step {
                 Step::NODE => self.step_node(s),
                 Step::STRIP => {
-                    if self.step_strip(s) {
-                        self.meet(s);
+                    if self.step_strip(s, &mut candidates) {
+                        self.meet(s, &candidates);
                     }
                 }
                 Step::TOP => self.step_top(s, scene),
@@ -202,14 +201,14 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         self.waiting.len += s.store_sorted(slabs, node.child_count(), links, self.waiting.room());
     }
 
-    /// The first part of [`Step::STRIP`]: whether there is a second part.
+    /// The first part of [`Step::STRIP`]: finds candidates, and whether there are any for the second part.
     #[inline(always)]
-    pub fn step_strip<S: Simd>(&mut self, s: S) -> bool {
+    pub fn step_strip<S: Simd>(&self, s: S, candidates: &mut Candidates) -> bool {
         let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
         match self.page.window_record((self.link & 0xFFFF) as usize) {
             Some([head, refs @ ..]) => {
-                self.candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
-                self.candidates.mask != 0
+                candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
+                candidates.mask != 0
             }
             None => true,
         }
@@ -217,13 +216,13 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
 
     /// The second part of [`Step::STRIP`].
     #[inline(always)]
-    pub fn meet<S: Simd>(&mut self, s: S) {
+    pub fn meet<S: Simd>(&mut self, s: S, candidates: &Candidates) {
         let number = (self.link & 0xFFFF) as usize;
         let best = &mut self.best;
         best.locator = best.locator.with_strip(self.link & 0xFF_FFFF);
         match self.page.window_record(number) {
             Some([head, ..]) => {
-                self.candidates.meet(s, &self.ray, |hit| best.hit(WindowHead(*head), false, 0, hit));
+                candidates.meet(s, &self.ray, |hit| best.hit(WindowHead(*head), false, 0, hit));
             }
             None => {
                 let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
