@@ -15,7 +15,7 @@ use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES, WINDOW_VERTICES, strip
 
 /// What a strip costs besides the area of its box, in boxes of the mean triangle of the cluster: its bytes and
 /// its test. `docs/RESULTS.md`, "Strip cost".
-const STRIP_COST: f32 = 24.0;
+const STRIP_COST: f32 = 4.0;
 
 /// A cluster's triangles over its own vertices.
 #[derive(Clone, Debug)]
