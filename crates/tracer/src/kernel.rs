@@ -70,8 +70,18 @@ pub struct Tracer<'s> {
     packet: Packet,
 }
 
-/// Rays under way.
-type Walks<'s, const ANY: bool> = Box<[Walk<'s, ANY>; WALKS]>;
+/// Rays under way: half a megabyte, made when it is first needed.
+struct Walks<'s, const ANY: bool>(Option<Box<[Walk<'s, ANY>; WALKS]>>);
+
+impl<'s, const ANY: bool> Walks<'s, ANY> {
+    #[inline]
+    fn get(&mut self, scene: &'s Scene) -> &mut [Walk<'s, ANY>; WALKS] {
+        self.0.get_or_insert_with(|| {
+            let walks: Vec<Walk<'s, ANY>> = (0..WALKS).map(|_| Walk::idle(scene)).collect();
+            walks.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("as many as were made"))
+        })
+    }
+}
 
 impl<'s> Tracer<'s> {
     /// A tracer with the fastest kernel of this processor.
@@ -85,25 +95,19 @@ impl<'s> Tracer<'s> {
     /// If this processor does not have it.
     pub fn with_kernel(scene: &'s Scene, kernel: Kernel) -> Tracer<'s> {
         assert!(Kernel::available().contains(&kernel), "this processor lacks {}", kernel.name());
-        Tracer {
-            scene,
-            kernel,
-            closest: Box::new(std::array::from_fn(|_| Walk::idle(scene))),
-            any: Box::new(std::array::from_fn(|_| Walk::idle(scene))),
-            packet: Packet::new(),
-        }
+        Tracer { scene, kernel, closest: Walks(None), any: Walks(None), packet: Packet::new() }
     }
 
     /// Closest hit: the triangle with the least `tnear <= t <= tfar`, the first in the pack of several at the
     /// same distance; [`Hit::MISS`] if there is none. Both faces are hit. Rays that are not
     /// [valid](Ray::is_valid) miss.
     pub fn intersect(&mut self, ray: &Ray) -> Hit {
-        single(self.kernel, self.scene, &mut self.closest[0], ray)
+        single(self.kernel, self.scene, &mut self.closest.get(self.scene)[0], ray)
     }
 
     /// Any hit: whether a triangle lies between `tnear` and `tfar`.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
-        single(self.kernel, self.scene, &mut self.any[0], ray).is_hit()
+        single(self.kernel, self.scene, &mut self.any.get(self.scene)[0], ray).is_hit()
     }
 
     /// Closest hits of `rays`, `hits[i]` for `rays[i]`: the same as one by one, and faster from some dozen rays on.
@@ -112,7 +116,7 @@ impl<'s> Tracer<'s> {
     /// If the lengths differ.
     pub fn intersect_batch(&mut self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
-        stream(self.kernel, self.scene, &mut self.closest, rays, &mut |i, hit| hits[i] = hit);
+        stream(self.kernel, self.scene, self.closest.get(self.scene), rays, &mut |i, hit| hits[i] = hit);
     }
 
     /// Whether something lies on each of `rays`, `occluded[i]` for `rays[i]`.
@@ -121,7 +125,9 @@ impl<'s> Tracer<'s> {
     /// If the lengths differ.
     pub fn occluded_batch(&mut self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len());
-        stream(self.kernel, self.scene, &mut self.any, rays, &mut |i, hit| occluded[i] = hit.is_hit());
+        stream(self.kernel, self.scene, self.any.get(self.scene), rays, &mut |i, hit| {
+            occluded[i] = hit.is_hit()
+        });
     }
 
     /// Closest hits of rays that keep together, such as the camera rays of a block of pixels: up to 64 of them from
@@ -133,7 +139,14 @@ impl<'s> Tracer<'s> {
     pub fn intersect_packet(&mut self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
         for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-            if !packet(self.kernel, self.scene, &mut self.packet, &mut self.closest[0], rays, hits) {
+            if !packet(
+                self.kernel,
+                self.scene,
+                &mut self.packet,
+                &mut self.closest.get(self.scene)[0],
+                rays,
+                hits,
+            ) {
                 self.intersect_batch(rays, hits);
             }
         }

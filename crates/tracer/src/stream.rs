@@ -101,6 +101,7 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
             }
         }
         if lists[Step::TOP].len >= enough {
+            // What was just stored as a vector is slow to load in parts, so that comes after all nodes.
             let top = lists[Step::TOP].take();
             for i in top.iter() {
                 walks[i].step_top(s, scene);
@@ -125,18 +126,7 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
         }
         if lists[Step::STRIP].len >= enough {
             let strips = lists[Step::STRIP].take();
-            for i in strips.iter() {
-                walks[i].prefetch_vertices(s);
-            }
-            let mut met = List::EMPTY;
-            for i in strips.iter() {
-                // What has no candidates gives its place to the next.
-                let has_candidates = walks[i].step_strip(s, &mut candidates[met.len % WALKS]);
-                met.push_if(i, has_candidates);
-            }
-            for (i, candidates) in met.iter().zip(&candidates) {
-                walks[i].meet(s, candidates);
-            }
+            test_strips(s, walks, &strips, &mut candidates);
             for i in strips.iter() {
                 sort_in(s, i, walks, &mut lists);
             }
@@ -144,6 +134,28 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
         if lists.iter().all(|list| list.len == 0) {
             return;
         }
+    }
+}
+
+/// Tests the strips that walks wait for, each kind of work for all of them before the next.
+#[inline(always)]
+fn test_strips<S: Simd, const ANY: bool>(
+    s: S,
+    walks: &mut [Walk<ANY>; WALKS],
+    strips: &List,
+    candidates: &mut [Candidates; WALKS],
+) {
+    for i in strips.iter() {
+        walks[i].prefetch_vertices(s);
+    }
+    let mut met = List::EMPTY;
+    for i in strips.iter() {
+        // What has no candidates gives its place to the next.
+        let has_candidates = walks[i].step_strip(s, &mut candidates[met.len % WALKS]);
+        met.push_if(i, has_candidates);
+    }
+    for (i, candidates) in met.iter().zip(candidates) {
+        walks[i].meet(s, candidates);
     }
 }
 

@@ -50,8 +50,9 @@ struct Stack {
 }
 
 impl Stack {
-    /// Each level leaves at most one less than the width of a node; the last one is written as a whole.
-    const SLOTS: usize = MAX_DEPTH * (WIDTH - 1) + LANES + 1;
+    /// Each level above the pages and in a page, whose depths are checked apart, leaves at most one less than the
+    /// width of a node; the last one is written as a whole.
+    const SLOTS: usize = 2 * MAX_DEPTH * (WIDTH - 1) + LANES + 1;
 
     fn new() -> Stack {
         let mut stack = Stack { len: 1, keys: [0; Stack::SLOTS], links: [0; Stack::SLOTS] };
