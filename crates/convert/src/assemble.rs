@@ -8,8 +8,8 @@ use crate::{Observer, Stage};
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
 use raystrips_pack::layout::{
-    ChildBoxes, ClusterHeader, GeometryRun, MAX_DEPTH, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, MAX_PAGES, WIDTH,
-    WideNode,
+    ALIGNMENT, ChildBoxes, ClusterHeader, GeometryRun, MAX_DEPTH, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS,
+    MAX_PAGES, PageHeader, WIDTH, WideNode,
 };
 use raystrips_pack::page::builder::{Children, PageBuilder, StripParts};
 use raystrips_pack::strip_record::strips_bytes;
@@ -67,29 +67,43 @@ pub(crate) fn write_pages(
     Ok(Top { nodes: plan.nodes, entries, depth })
 }
 
-/// The page of each cluster.
+/// The page of each cluster. A page ends where it fills whole blocks of the file best, at three quarters of
+/// `page_size` or later.
 fn fill_pages(clusters: &[Cluster], page_size: usize) -> Vec<u32> {
-    let (mut page, mut bytes, mut count, mut strips) = (0, 0, 0, 0);
-    let place = |cluster: &Cluster| {
-        let size = estimated_bytes(cluster);
-        let too_many = count == MAX_PAGE_CLUSTERS || strips + cluster.strips.len() > MAX_PAGE_STRIPS;
-        if count > 0 && (bytes + size > page_size || too_many) {
-            page += 1;
-            (bytes, count, strips) = (0, 0, 0);
-        }
-        bytes += size;
-        count += 1;
+    let mut page_of = Vec::with_capacity(clusters.len());
+    let mut page = 0;
+    while page_of.len() < clusters.len() {
+        let count = clusters_of_page(&clusters[page_of.len()..], page_size);
+        page_of.resize(page_of.len() + count, page);
+        page += 1;
+    }
+    page_of
+}
+
+/// How many of `clusters`, from the first on, make a page.
+fn clusters_of_page(clusters: &[Cluster], page_size: usize) -> usize {
+    let (mut bytes, mut strips) = (size_of::<PageHeader>(), 0);
+    // The best end so far and its padding as a share of the page.
+    let (mut best, mut least_padding) = (1, f64::INFINITY);
+    for (i, cluster) in clusters.iter().enumerate() {
+        bytes += estimated_bytes(cluster);
         strips += cluster.strips.len();
-        page
-    };
-    clusters.iter().map(place).collect()
+        if i > 0 && (bytes > page_size || i == MAX_PAGE_CLUSTERS || strips > MAX_PAGE_STRIPS) {
+            return best;
+        }
+        let padding = ((bytes as u64).next_multiple_of(ALIGNMENT) - bytes as u64) as f64 / bytes as f64;
+        if bytes < page_size / 4 * 3 || padding <= least_padding {
+            (best, least_padding) = (i + 1, padding);
+        }
+    }
+    clusters.len()
 }
 
 /// Bytes of a cluster in a page with its share of the page's nodes.
 fn estimated_bytes(cluster: &Cluster) -> usize {
     let runs = cluster.strips.chunk_by(|a, b| a.geometry == b.geometry).count();
-    // Those above the groups are a fifth of them or somewhat less.
-    let nodes_above = cluster.groups.len().div_ceil(5);
+    // Nodes above the groups: tuned for least padding in the end.
+    let nodes_above = cluster.groups.len().div_ceil(7);
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
         + strips_bytes(cluster.strips.iter().map(|s| s.sources.len()))
