@@ -178,7 +178,10 @@ impl<'a> StripView<'a> {
 
     /// Cluster vertices of triangle `i`, wound as in the mesh.
     pub fn triangle(&self, i: usize) -> [u8; 3] {
-        let turns: Vec<u8> = self.heads.iter().map(|&head| WindowHead(head).turns()).collect();
+        let mut turns = [0; MAX_STRIP_WINDOWS];
+        for (turns, &head) in turns.iter_mut().zip(self.heads) {
+            *turns = WindowHead(head).turns();
+        }
         strip_triangle(&turns, i).map(|k| self.refs[k])
     }
 }

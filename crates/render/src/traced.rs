@@ -3,7 +3,7 @@
 use crate::world::{Emitter, Surface, World};
 use glam::Vec3;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
-use raystrips_tracer::{Scene, Tracer, intersect_batch, occluded_batch};
+use raystrips_tracer::{Scene, Tracer};
 
 /// A scene of the tracer, ready to be rendered.
 pub struct TracedWorld {
@@ -30,7 +30,7 @@ impl TracedWorld {
 
 impl World for TracedWorld {
     fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        intersect_batch(&self.scene, rays, hits);
+        Tracer::new(&self.scene).intersect_batch(rays, hits);
     }
 
     fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
@@ -38,7 +38,7 @@ impl World for TracedWorld {
     }
 
     fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
-        occluded_batch(&self.scene, rays, occluded);
+        Tracer::new(&self.scene).occluded_batch(rays, occluded);
     }
 
     fn surface(&self, hit: &Hit) -> Surface {

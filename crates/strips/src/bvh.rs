@@ -51,24 +51,28 @@ impl Bvh {
 
     /// The same hierarchy with others in place of the leaves, visited from first to last. Their items are numbered
     /// from 0 and become those after the items of the leaf before.
-    pub fn graft(self, next: &mut usize, f: &mut impl FnMut(Range<usize>) -> Bvh) -> Bvh {
+    pub fn graft(self, f: &mut impl FnMut(Aabb, Range<usize>) -> Bvh) -> Bvh {
+        self.graft_from(&mut 0, f)
+    }
+
+    fn graft_from(self, next: &mut usize, f: &mut impl FnMut(Aabb, Range<usize>) -> Bvh) -> Bvh {
         match self {
-            Bvh::Leaf { items, .. } => {
-                let graft = f(items);
+            Bvh::Leaf { bounds, items } => {
+                let graft = f(bounds, items);
                 let first = *next;
                 *next += graft.items().end;
                 graft.renumber(first)
             }
             Bvh::Inner { bounds, children } => {
                 let [a, b] = *children;
-                let a = a.graft(next, f);
-                Bvh::Inner { bounds, children: Box::new([a, b.graft(next, f)]) }
+                let a = a.graft_from(next, f);
+                Bvh::Inner { bounds, children: Box::new([a, b.graft_from(next, f)]) }
             }
         }
     }
 
     /// The same hierarchy with items counted from `first` instead of 0.
-    pub fn renumber(self, first: usize) -> Bvh {
+    fn renumber(self, first: usize) -> Bvh {
         match self {
             Bvh::Leaf { bounds, items } => {
                 Bvh::Leaf { bounds, items: items.start + first..items.end + first }
@@ -88,18 +92,8 @@ impl Bvh {
     }
 
     /// The same hierarchy with leaf number *i* holding item *i* alone.
-    pub fn number_leaves(self, next: &mut usize) -> Bvh {
-        match self {
-            Bvh::Leaf { bounds, .. } => {
-                *next += 1;
-                Bvh::Leaf { bounds, items: *next - 1..*next }
-            }
-            Bvh::Inner { bounds, children } => {
-                let [a, b] = *children;
-                let a = a.number_leaves(next);
-                Bvh::Inner { bounds, children: Box::new([a, b.number_leaves(next)]) }
-            }
-        }
+    pub fn number_leaves(self) -> Bvh {
+        self.graft(&mut |bounds, _| Bvh::Leaf { bounds, items: 0..1 })
     }
 
     /// Up to `width` subtrees that together hold everything, in the order of their items: the largest for which

@@ -55,7 +55,7 @@ impl Cluster {
             source.triangle = triangles[source.triangle as usize];
         }
         let vertices = renumber_by_first_use(&mut strips, &local.positions);
-        (Cluster { vertices, strips, groups }, grouped.tree.number_leaves(&mut 0))
+        (Cluster { vertices, strips, groups }, grouped.tree.number_leaves())
     }
 }
 

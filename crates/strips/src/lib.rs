@@ -87,7 +87,7 @@ pub fn build(mesh: &Mesh, params: &StripParams, finished: &(dyn Fn(usize) + Sync
     };
     let (clusters, trees): (Vec<Cluster>, Vec<Bvh>) = built.tree.leaves().par_iter().map(cluster).unzip();
     let mut trees = trees.into_iter();
-    let tree = built.tree.graft(&mut 0, &mut |_| trees.next().expect("a tree for each cluster"));
+    let tree = built.tree.graft(&mut |_, _| trees.next().expect("a tree for each cluster"));
     let numbered =
         |(cluster, c): (usize, &Cluster)| (0..c.groups.len()).map(move |i| (cluster as u32, i as u32));
     let groups = clusters.iter().enumerate().flat_map(numbered).collect();

@@ -11,7 +11,6 @@
 //!   enough that their entry is never behind a hit in them, so that skipping what lies behind the best hit can
 //!   never skip a better one.
 
-mod batch;
 mod boxes;
 mod kernel;
 mod packet;
@@ -23,7 +22,6 @@ mod strip;
 mod walk;
 mod window;
 
-pub use batch::{intersect_batch, occluded_batch};
 pub use kernel::{Kernel, Tracer};
 pub use raystrips_pack::Emitter;
 pub use raystrips_paging::OpenError;

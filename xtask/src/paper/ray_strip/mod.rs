@@ -34,7 +34,6 @@ use glam::Vec3;
 use raystrips_geom::{Aabb, Hit, Ray};
 use raystrips_strips::Bvh;
 use record::{RecordWriter, StripRecord};
-use std::ops::Range;
 use stripify::Stripifier;
 
 pub use tree::LEAF_TRIANGLES;
@@ -99,7 +98,7 @@ impl RayStrips {
             places: Vec::new(),
             statistics: Statistics { triangles: mesh.triangles.len(), ..Statistics::default() },
         };
-        let tree = graft(chunks.tree, &mut |items| builder.chunk(&chunks.order[items]));
+        let tree = chunks.tree.graft(&mut |_, items| builder.chunk(&chunks.order[items]));
         let Builder { writer, places, mut statistics, .. } = builder;
         let hierarchy = Hierarchy::new(&tree, &mut |strip| Link {
             first: places[strip.start],
@@ -152,12 +151,11 @@ impl Builder<'_> {
         let vertex = |&v: &u32| self.mesh.positions[v as usize];
         let boxes: Vec<Aabb> = strips.iter().map(|strip| Aabb::of_points(strip.iter().map(vertex))).collect();
         let built = raystrips_strips::bvh::build(&boxes, &|_| false);
-        let first = self.places.len();
         for &strip in &built.order {
             self.push(&strips[strip as usize]);
         }
         self.statistics.chunks += 1;
-        built.tree.renumber(first)
+        built.tree
     }
 
     fn push(&mut self, strip: &[u32]) {
@@ -166,18 +164,6 @@ impl Builder<'_> {
         self.statistics.places += strip.len() - 2;
         self.statistics.tree_nodes += tree.len();
         self.places.push(self.writer.push(&tree, strip));
-    }
-}
-
-/// `tree` with a hierarchy of `replace` for each leaf.
-fn graft(tree: Bvh, replace: &mut impl FnMut(Range<usize>) -> Bvh) -> Bvh {
-    match tree {
-        Bvh::Leaf { items, .. } => replace(items),
-        Bvh::Inner { bounds, children } => {
-            let [a, b] = *children;
-            let a = graft(a, replace);
-            Bvh::Inner { bounds, children: Box::new([a, graft(b, replace)]) }
-        }
     }
 }
 

@@ -78,7 +78,7 @@ impl Bay {
         }
     }
 
-    /// A pipe stub with a closed flange, as vessels have them.
+    /// A short pipe with a closed flange, as vessels have them.
     pub fn nozzle(&mut self, frame: Frame, radius: f64, length: f64) {
         let material = any_of(Kind::Flange, &mut self.random);
         self.put(material, super::shapes::tube(frame, radius, length, 16));
