@@ -1,7 +1,7 @@
 //! Built clusters to pages, and the nodes above them.
 //!
-//! Clusters are taken in the order of the hierarchy until a page is full, so pages are full but for the last
-//! cluster that did not fit. A node whose clusters are all in one page lies in that page; the others lie above
+//! Clusters are taken in the order of the hierarchy; a page ends where it fills whole blocks of the file best, near its
+//! size. A node whose clusters are all in one page lies in that page; the others lie above
 //! the pages and lead into them.
 
 use crate::{Observer, Stage};
@@ -102,7 +102,7 @@ fn clusters_of_page(clusters: &[Cluster], page_size: usize) -> usize {
 /// Bytes of a cluster in a page with its share of the page's nodes.
 fn estimated_bytes(cluster: &Cluster) -> usize {
     let runs = cluster.strips.chunk_by(|a, b| a.geometry == b.geometry).count();
-    // Nodes above the groups: tuned for least padding in the end.
+    // A full tree of eight children has a seventh as many nodes above its leaves as leaves.
     let nodes_above = cluster.groups.len().div_ceil(7);
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
