@@ -23,17 +23,7 @@ pub(crate) trait Vertices {
     /// Only called with `index < count()`.
     fn position(&self, index: u32) -> [f64; 3];
     /// Called now and then, when positions may leave memory until they are next asked for.
-    fn release(&self) {}
-}
-
-impl Vertices for Vec<[f64; 3]> {
-    fn count(&self) -> u64 {
-        self.len() as u64
-    }
-
-    fn position(&self, index: u32) -> [f64; 3] {
-        self[index as usize]
-    }
+    fn release(&self);
 }
 
 pub(crate) struct Emitter<'a> {
@@ -284,7 +274,8 @@ impl<'a> Emitter<'a> {
     }
 
     fn let_go(&mut self, vertices: &impl Vertices) {
-        /// Some hundred megabytes of pages at worst, some ten where neighbors in the mesh are neighbors in the file.
+        /// Some ten megabytes of pages where neighbors in the mesh are neighbors in the file; for the worst case there
+        /// is [`Resident`](crate::resident::Resident).
         const BATCHES_BETWEEN: u64 = 16;
         self.batch_count += 1;
         if self.batch_count.is_multiple_of(BATCHES_BETWEEN) {

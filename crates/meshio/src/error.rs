@@ -19,6 +19,18 @@ pub enum ImportError {
     /// The sink refused a batch.
     #[error("triangles cannot be stored: {}", one_line(&.0.to_string()))]
     Sink(#[source] io::Error),
+    /// What an import has to keep for a while cannot be written to disk.
+    #[error(
+        "{}: scratch files cannot be kept there: {}; free space on that disk, or name another folder for scratch files",
+        shown(folder),
+        one_line(&source.to_string())
+    )]
+    Scratch {
+        /// The folder.
+        folder: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
     /// The file breaks the rules of its format.
     #[error("{}{place}: {what}", shown(path))]
     Syntax {

@@ -5,20 +5,25 @@
 //! with the bytes that are there, and nothing panics. Files only lead to other files in their own folder or below.
 //!
 //! Triangles are numbered in reading order over all inputs, polygons counting as the triangles they are cut into;
-//! triangles that are dropped keep their number. Memory does not grow with the number of triangles. PLY and glTF
-//! positions stay in the mapped file; OBJ and ASCII PLY keep 24 bytes a vertex.
+//! triangles that are dropped keep their number. Memory does not grow with the input: PLY and glTF positions stay in
+//! the mapped file; of OBJ and ASCII PLY 24 bytes a vertex are kept, in memory up to [`ImportOptions::kept_bytes`] and
+//! in a file beyond.
 
 mod emit;
 mod error;
 mod gltf;
 mod import;
+mod kept;
 mod map;
 mod number;
 mod obj;
 mod ply;
 mod polygon;
 mod reference;
+mod resident;
 pub mod scene_file;
+mod scratch;
+mod spool;
 #[cfg(test)]
 mod testing;
 
@@ -60,11 +65,25 @@ pub trait TriangleSink {
     fn progress(&mut self, _progress: Progress) {}
 }
 
-/// What to do where files leave a choice.
-#[derive(Clone, Debug, Default)]
+/// What to do where files leave a choice, and what an import may use.
+#[derive(Clone, Debug)]
 pub struct ImportOptions {
     /// Drop and count triangles that name vertices that do not exist, where otherwise the import fails.
     pub drop_out_of_range: bool,
+    /// Folder for what does not fit into `kept_bytes`; the system's folder for temporary files if not given. Files
+    /// there have no names, so that nothing is left behind however the import ends.
+    pub scratch: Option<PathBuf>,
+    /// Bytes of memory for what has to be kept until a file ends: the vertices of OBJ and ASCII PLY, 24 bytes each,
+    /// and faces that name vertices further on. The rest goes to `scratch`. Also for pages of files that are read in
+    /// place, which count as this process's memory even if the system may take them away. Up to 160 MiB more may
+    /// be used, and the batches that the sink keeps.
+    pub kept_bytes: u64,
+}
+
+impl Default for ImportOptions {
+    fn default() -> ImportOptions {
+        ImportOptions { drop_out_of_range: false, scratch: None, kept_bytes: 1 << 30 }
+    }
 }
 
 /// A finished import.

@@ -4,7 +4,7 @@
 use crate::ImportError;
 use std::fs::File;
 use std::io;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::path::Path;
 
 /// The bytes of a file. Pages come in when touched and may leave memory again.
@@ -28,15 +28,36 @@ impl Map {
         Ok(Map(Some(map)))
     }
 
+    /// `length` bytes of a file of this process from `offset` on, which must be there.
+    pub(crate) fn of_part(file: &File, offset: u64, length: usize) -> io::Result<Map> {
+        if length == 0 {
+            return Ok(Map(None));
+        }
+        // SAFETY: as above; nobody else can reach the unnamed files that this is for.
+        let map = unsafe { memmap2::MmapOptions::new().offset(offset).len(length).map(file)? };
+        Ok(Map(Some(map)))
+    }
+
     /// Takes the pages touched so far out of this process, so that reading a large file does not fill memory.
     /// They are read again when touched again.
     pub(crate) fn release(&self) {
+        self.release_range(0..self.len());
+    }
+
+    /// The same for the pages that `range` touches.
+    pub(crate) fn release_range(&self, range: Range<usize>) {
         #[cfg(unix)]
-        if let Some(map) = &self.0 {
+        if let Some(map) = &self.0
+            && range.start < range.end
+            && range.end <= map.len()
+        {
+            let advice = memmap2::UncheckedAdvice::DontNeed;
             // SAFETY: for a shared read-only map of a file, dropped pages come back with the same bytes. A
             // failure only leaves the pages where they are.
-            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+            let _ = unsafe { map.unchecked_advise_range(advice, range.start, range.len()) };
         }
+        #[cfg(not(unix))]
+        let _ = range;
     }
 }
 

@@ -66,6 +66,25 @@ pub(crate) fn import_bytes(name: &str, bytes: &[u8]) -> Result<(Import, Collect)
     import_path(&path, &ImportOptions::default())
 }
 
+/// Checks that a file of more than a million vertices gives the same whatever may be kept in memory, and that a
+/// scratch folder that is not there is named when it is needed. Gives the triangles.
+pub(crate) fn import_with_any_memory(name: &str, bytes: &[u8]) -> Vec<(u64, [[f64; 3]; 3])> {
+    let (_dir, path) = write_file(name, bytes);
+    let import = |kept_bytes, scratch| {
+        let options = ImportOptions { kept_bytes, scratch, ..ImportOptions::default() };
+        let mut sink = Collect::default();
+        import(std::slice::from_ref(&path), &options, &mut sink).map(|done| (done.report, sink))
+    };
+    let (report, sink) = import(1 << 30, Some("/not/there".into())).unwrap();
+    for kept_bytes in [0, 1 << 20, 30 << 20] {
+        let (other_report, other) = import(kept_bytes, None).unwrap();
+        assert!(other.0 == sink.0 && other_report == report, "{kept_bytes}");
+    }
+    let error = import(0, Some("/not/there".into())).unwrap_err();
+    assert!(matches!(&error, ImportError::Scratch { folder, .. } if folder == Path::new("/not/there")));
+    sink.triangles()
+}
+
 /// Imports every beginning of a file: each must end well or in a clean error.
 pub(crate) fn import_all_prefixes(name: &str, bytes: &[u8]) {
     let (_dir, path) = write_file(name, bytes);

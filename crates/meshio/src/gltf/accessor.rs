@@ -5,17 +5,21 @@ use super::document::{Document, entry};
 use super::{syntax, unsupported};
 use crate::Result;
 use crate::emit::Vertices;
+use crate::resident::Resident;
 use gltf::json::accessor::{ComponentType, GenericComponentType, IndexComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
 use std::path::Path;
 
 /// Elements of an accessor that has no bytes: more than any file needs, little enough to read quickly.
 const MAX_ZEROS: u64 = 1 << 24;
+/// Some megabytes when they are read one after the other.
+const ELEMENTS_BETWEEN_RELEASES: u64 = 1 << 20;
 
 /// An accessor whose elements all lie inside its buffer.
 pub(super) struct Accessor<'a> {
     buffers: &'a Buffers<'a>,
     elements: Elements<'a>,
+    resident: Resident,
     normalized: bool,
     sparse: Option<Replaced<'a>>,
 }
@@ -78,7 +82,8 @@ impl<'a> Accessor<'a> {
         };
         let sparse =
             accessor.sparse.as_ref().map(|sparse| checked.replaced(sparse, elements, &at)).transpose()?;
-        Ok(Accessor { buffers, elements, normalized: accessor.normalized, sparse })
+        let resident = Resident::new(elements.bytes, buffers.max_resident);
+        Ok(Accessor { buffers, elements, resident, normalized: accessor.normalized, sparse })
     }
 
     pub fn count(&self) -> u64 {
@@ -120,7 +125,12 @@ impl Vertices for Accessor<'_> {
         if elements.bytes.is_empty() {
             return [0.0; 3];
         }
-        let element = &elements.bytes[i as usize * elements.stride..];
+        let offset = i as usize * elements.stride;
+        // Values of sparse accessors count as if they were elsewhere: they are few.
+        if self.resident.touch(offset) {
+            self.buffers.release();
+        }
+        let element = &elements.bytes[offset..];
         match elements.component {
             ComponentType::F32 => read::<4>(element, |b| f64::from(f32::from_le_bytes(b))),
             ComponentType::U32 => read::<4>(element, |b| f64::from(u32::from_le_bytes(b))),
@@ -137,6 +147,7 @@ impl Vertices for Accessor<'_> {
 
     fn release(&self) {
         self.buffers.release();
+        self.resident.clear();
     }
 }
 
@@ -235,7 +246,12 @@ impl<'a> Check<'a, '_> {
             scalars.elements(indices.buffer_view.value(), indices.byte_offset.0, count, component, &at)?;
         let values =
             self.elements(values.buffer_view.value(), values.byte_offset.0, count, base.component, &at)?;
-        let ascending = (1..count).all(|i| indices.index(i - 1) < indices.index(i));
+        let ascending = (1..count).all(|i| {
+            if i % ELEMENTS_BETWEEN_RELEASES == 0 {
+                self.buffers.release();
+            }
+            indices.index(i - 1) < indices.index(i)
+        });
         if !ascending || (count > 0 && u64::from(indices.index(count - 1)) >= base.count) {
             let what = "must be in ascending order and below the accessor's count; export the file again";
             return Err(syntax(self.path, format_args!("{at}.indices"), what));

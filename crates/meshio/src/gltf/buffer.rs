@@ -15,6 +15,8 @@ pub(super) struct Buffers<'a> {
     file: &'a Map,
     binary: Option<&'a [u8]>,
     opened: Vec<OnceCell<Opened>>,
+    /// Bytes of positions that may be in memory.
+    pub max_resident: u64,
 }
 
 enum Opened {
@@ -30,9 +32,10 @@ impl<'a> Buffers<'a> {
         document: &'a Document,
         file: &'a Map,
         binary: Option<&'a [u8]>,
+        max_resident: u64,
     ) -> Buffers<'a> {
         let opened = document.buffers.iter().map(|_| OnceCell::new()).collect();
-        Buffers { path, document, file, binary, opened }
+        Buffers { path, document, file, binary, opened, max_resident }
     }
 
     /// The bytes of a view and its stride.

@@ -28,7 +28,7 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let map = Map::open(path)?;
     let container = glb::split(path, &map)?;
     let document = Document::parse(path, container.json)?;
-    let buffers = Buffers::new(path, &document, &map, container.binary);
+    let buffers = Buffers::new(path, &document, &map, container.binary, out.options.kept_bytes);
     let scene = nodes::walk(path, &document, out)?;
 
     let mut primitives = Primitives::new(path, &document, &buffers, Materials::new(path, &document));

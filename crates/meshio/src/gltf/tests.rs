@@ -251,7 +251,8 @@ fn impossible_indices_are_errors_or_dropped() {
     let error = import_bytes("model.glb", &file).unwrap_err().to_string();
     assert!(error.contains("meshes[0].primitives[0].indices: vertex index 4"), "{error}");
     let (_dir, path) = write_file("model.glb", &file);
-    let (done, sink) = import_path(&path, &ImportOptions { drop_out_of_range: true }).unwrap();
+    let (done, sink) =
+        import_path(&path, &ImportOptions { drop_out_of_range: true, ..ImportOptions::default() }).unwrap();
     assert_eq!((done.report.dropped.out_of_range, sink.triangles()), (1, vec![(1, SQUARE[1])]));
 }
 

@@ -2,16 +2,19 @@
 //!
 //! The file is read once, from start to end. Positions are kept until the end, since any face may name any of them.
 //! A face that names a vertex further on is put aside and added at the end of the file, under the numbers it would
-//! have had. There is a geometry for each material that faces use.
+//! have had. Both go to a scratch file where they do not fit into memory. There is a geometry for each material that faces use.
 
+mod forward;
 mod lines;
 mod mtl;
 
 use crate::emit::{Emitter, Vertices};
 use crate::error::excerpt;
+use crate::kept::Kept;
 use crate::number::{is_space, parse_f64, parse_i64, words};
 use crate::reference::resolve;
 use crate::{ImportError, Place, Result};
+use forward::{Face, ForwardFaces};
 use lines::Lines;
 use mtl::Library;
 use raystrips_geom::scene::Material;
@@ -27,7 +30,10 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     while let Some(line) = lines.next().map_err(|e| ImportError::io(path, e))? {
         let statement = Statement::of(line);
         match statement.keyword {
-            b"v" => obj.vertex(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?,
+            b"v" => {
+                let position = obj.vertex(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
+                obj.positions.push(position)?;
+            }
             b"f" => {
                 obj.face(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
                 obj.add_face(lines.line())?;
@@ -71,23 +77,15 @@ impl Statement<'_> {
     }
 }
 
-/// A face that names vertices further on.
-struct Forward {
-    first_triangle_id: u64,
-    geometry: u32,
-    line: u64,
-    corners: Vec<u32>,
-}
-
 struct Obj<'a, 'b> {
     path: &'a Path,
     out: &'a mut Emitter<'b>,
-    positions: Vec<[f64; 3]>,
+    positions: Kept,
     /// Vertices of the present face, counted from 0.
     corners: Vec<u32>,
     /// An index of the present face that no vertex can have, wherever it may come.
     impossible: Option<i64>,
-    forward: Vec<Forward>,
+    forward: ForwardFaces,
     library: Library,
     /// By name of the material; "" for faces without.
     geometries: HashMap<String, u32>,
@@ -103,13 +101,15 @@ struct Obj<'a, 'b> {
 
 impl<'a, 'b> Obj<'a, 'b> {
     fn new(path: &'a Path, out: &'a mut Emitter<'b>) -> Obj<'a, 'b> {
+        let options = out.options;
+        let for_faces = options.kept_bytes / 8;
         Obj {
             path,
             out,
-            positions: Vec::new(),
+            positions: Kept::new(options, options.kept_bytes - for_faces),
             corners: Vec::new(),
             impossible: None,
-            forward: Vec::new(),
+            forward: ForwardFaces::new(options, for_faces),
             library: Library::new(),
             geometries: HashMap::new(),
             materials: Vec::new(),
@@ -127,7 +127,7 @@ impl<'a, 'b> Obj<'a, 'b> {
 
     /// `v x y z`; weights and colors behind that do not matter.
     #[inline]
-    fn vertex(&mut self, rest: &[u8]) -> std::result::Result<(), String> {
+    fn vertex(&self, rest: &[u8]) -> std::result::Result<[f64; 3], String> {
         let mut position = [0.0; 3];
         let mut words = words(rest);
         for x in &mut position {
@@ -135,11 +135,10 @@ impl<'a, 'b> Obj<'a, 'b> {
             *x = parse_f64(word)
                 .ok_or_else(|| format!("{} is not a number; correct the coordinate", excerpt(word)))?;
         }
-        if self.positions.len() >= u32::MAX as usize {
+        if self.positions.count() >= u64::from(u32::MAX) {
             return Err("more than 4294967295 vertices; split the file".into());
         }
-        self.positions.push(position);
-        Ok(())
+        Ok(position)
     }
 
     /// `f 1 2 3`, `f 1/1 2/2 3/3`, `f 1//1 2//2 3//3`, `f -3 -2 -1`: puts the vertices into `corners`.
@@ -154,7 +153,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             let index = word.split(|&c| c == b'/').next().and_then(parse_i64);
             let index =
                 index.ok_or_else(|| format!("{} is not a vertex index; correct the face", excerpt(word)))?;
-            let from_zero = if index < 0 { self.positions.len() as i64 + index } else { index - 1 };
+            let from_zero = if index < 0 { self.positions.count() as i64 + index } else { index - 1 };
             self.corners.push(u32::try_from(from_zero).unwrap_or_else(|_| {
                 self.impossible.get_or_insert(index);
                 0
@@ -184,7 +183,7 @@ impl<'a, 'b> Obj<'a, 'b> {
                 .polygon(geometry, &self.positions, &self.corners, self.path, || Place::Line(line));
         }
         let first_triangle_id = self.out.next_triangle_id();
-        self.forward.push(Forward { first_triangle_id, geometry, line, corners: self.corners.clone() });
+        self.forward.push(first_triangle_id, geometry, line, &self.corners)?;
         self.out.set_next_triangle_id(first_triangle_id + triangle_count)
     }
 
@@ -260,29 +259,32 @@ impl<'a, 'b> Obj<'a, 'b> {
 
     /// Adds what had to wait for the end of the file, and says what the file holds.
     fn finish(mut self) -> Result<String> {
-        self.add_forward_faces()?;
+        let faces = std::mem::replace(&mut self.forward, ForwardFaces::new(self.out.options, 0));
+        self.add_forward_faces(faces)?;
         self.fill_in_materials();
         self.warn_of_what_is_left_out();
         Ok(format!(
             "it has {} vertices, {} lines and points, {} faces with less than three corners",
-            self.positions.len(),
+            self.positions.count(),
             self.lines_and_points,
             self.small_faces
         ))
     }
 
-    fn add_forward_faces(&mut self) -> Result<()> {
+    fn add_forward_faces(&mut self, faces: ForwardFaces) -> Result<()> {
         let end = self.out.next_triangle_id();
         let vertex_count = self.positions.count();
-        for Forward { first_triangle_id, geometry, line, corners } in std::mem::take(&mut self.forward) {
-            self.out.set_next_triangle_id(first_triangle_id)?;
+        let mut faces = faces.into_reader()?;
+        while let Some(Face { first_triangle_id, geometry, line, corners }) = faces.next(self.path)? {
+            self.out.set_next_triangle_id(*first_triangle_id)?;
             match corners.iter().find(|&&corner| u64::from(corner) >= vertex_count) {
                 Some(&bad) => {
                     let (count, index) = (corners.len() as u64 - 2, i64::from(bad) + 1);
-                    self.out.out_of_range(count, self.path, Place::Line(line), index, vertex_count)?;
+                    self.out.out_of_range(count, self.path, Place::Line(*line), index, vertex_count)?;
                 }
                 None => {
-                    self.out.polygon(geometry, &self.positions, &corners, self.path, || Place::Line(line))?
+                    let place = || Place::Line(*line);
+                    self.out.polygon(*geometry, &self.positions, corners, self.path, place)?;
                 }
             }
         }

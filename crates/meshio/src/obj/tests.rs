@@ -1,6 +1,8 @@
 //! OBJ files as people have them: good, odd and hostile.
 
-use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
+use crate::testing::{
+    Collect, import_all_prefixes, import_bytes, import_path, import_with_any_memory, write_file,
+};
 use crate::{Dropped, Import, ImportError, ImportOptions, Place};
 
 fn read(text: &str) -> (Import, Collect) {
@@ -90,7 +92,9 @@ fn impossible_indices_are_errors_or_dropped() {
             other => panic!("{other:?}"),
         }
         let (_dir, path) = write_file("model.obj", text.as_bytes());
-        let (done, sink) = import_path(&path, &ImportOptions { drop_out_of_range: true }).unwrap();
+        let (done, sink) =
+            import_path(&path, &ImportOptions { drop_out_of_range: true, ..ImportOptions::default() })
+                .unwrap();
         let lost = face.split(' ').count() as u64 - 2;
         assert_eq!(done.report.dropped, Dropped { non_finite: 0, out_of_range: lost });
         assert_eq!(sink.triangles().iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0, 1 + lost]);
@@ -135,4 +139,33 @@ fn large_files_come_in_full_batches() {
     assert_eq!(done.report.triangles, 100_000);
     assert!(sink.0.len() <= 4 && sink.0.iter().all(|b| b.positions.len() == 3 * b.triangles.len()));
     assert_eq!(sink.triangles()[99_999].1[0], [99_999.0, 0.0, 0.0]);
+}
+
+#[test]
+fn memory_changes_nothing() {
+    use std::fmt::Write;
+    let count = 1_100_000u32;
+    let mut text = String::new();
+    for i in 1..=count {
+        writeln!(text, "v {i} 0 0.{i}").unwrap();
+        // Backwards by a little and by much, then forwards.
+        match i % 9 {
+            0 => writeln!(text, "f -1 -2 -3").unwrap(),
+            3 => writeln!(text, "f {i} {} {}", i / 2 + 1, i / 3 + 1).unwrap(),
+            6 => writeln!(text, "f {i} {} 2 1", count - i / 2).unwrap(),
+            _ => {}
+        }
+    }
+    let triangles = import_with_any_memory("model.obj", text.as_bytes());
+    assert_eq!(triangles.len() as u32, count / 9 * 4);
+    for (at, group) in (0..).step_by(9).zip(triangles.chunks(4)) {
+        let numbers = |i: usize| group[i].1.map(|corner| corner[0] as u32);
+        assert_eq!(numbers(0), [at + 3, (at + 3) / 2 + 1, (at + 3) / 3 + 1]);
+        assert!(
+            [1, 2]
+                .iter()
+                .all(|&i| numbers(i).iter().all(|x| [at + 6, count - (at + 6) / 2, 2, 1].contains(x)))
+        );
+        assert_eq!(numbers(3), [at + 9, at + 8, at + 7]);
+    }
 }

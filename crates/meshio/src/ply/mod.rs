@@ -1,27 +1,31 @@
 //! PLY, the polygon file format, in all three encodings.
 //!
 //! The file is mapped. In binary files vertices stay where they are and are decoded whenever a face names them, so
-//! that memory does not grow with the file; only text, and vertices with lists among their properties, are kept
+//! that memory does not grow with the file; only those of text, and those with lists among their properties, are kept
 //! apart. Elements may come in any order with any properties; those that do not matter are skipped.
 
 mod header;
 mod values;
 
 use crate::emit::{Emitter, Vertices};
+use crate::kept::Kept;
 use crate::map::Map;
+use crate::resident::Resident;
 use crate::{ImportError, Place, Result};
 use header::{Element, Encoding, Header, Kind, Scalar};
+use std::ops::Range;
 use std::path::Path;
 use values::{Binary, Missing, Text, Value, Values, decode};
 
-/// Rows between two reports of progress.
-const ROWS_BETWEEN: u64 = 1 << 17;
+/// Bytes read between two reports of progress; their pages leave memory then.
+const BYTES_BETWEEN: usize = 1 << 21;
 
 /// Reads the file at `path` and says in words what it holds.
 pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let map = Map::open(path)?;
     let header = Header::parse(path, &map)?;
-    let mut reader = Reader { path, map: &map, header: &header, out, corners: Vec::new(), small_faces: 0 };
+    let mut reader =
+        Reader { path, map: &map, header: &header, out, last_tick: 0, corners: Vec::new(), small_faces: 0 };
     match header.encoding {
         Encoding::Ascii => reader.body(Text::new(&map, header.bytes))?,
         Encoding::LittleEndian => reader.body(Binary::<false>::new(&map, header.bytes))?,
@@ -45,6 +49,8 @@ struct Reader<'a, 'b> {
     map: &'a Map,
     header: &'a Header,
     out: &'a mut Emitter<'b>,
+    /// Where in the file the last tick was.
+    last_tick: usize,
     corners: Vec<u32>,
     small_faces: u64,
 }
@@ -67,7 +73,7 @@ impl<'a> Reader<'a, '_> {
                 _ => self.skip(element, &mut values)?,
             }
         }
-        let vertices = vertices.unwrap_or(PlyVertices::Kept(Vec::new()));
+        let vertices = vertices.unwrap_or_else(|| PlyVertices::Kept(Kept::new(self.out.options, 0)));
         before_vertices
             .into_iter()
             .try_for_each(|(element, mut values)| self.faces(element, &mut values, &vertices))
@@ -107,18 +113,21 @@ impl<'a> Reader<'a, '_> {
             return Ok(PlyVertices::Mapped(Mapped {
                 map: self.map,
                 rows: &self.map[start..values.at()],
+                resident: Resident::new(&self.map[start..values.at()], self.out.options.kept_bytes),
+                range: start..values.at(),
                 stride,
                 axes: axes.map(|(property, scalar)| (row_offset(element, property), scalar)),
                 big_endian: self.header.encoding == Encoding::BigEndian,
             }));
         }
-        let mut positions = Vec::new();
+        let options = self.out.options;
+        let mut kept = Kept::new(options, options.kept_bytes);
         for row in 0..element.count {
             let position = vertex(element, values, axes.map(|(property, _)| property));
-            positions.push(position.map_err(|missing| self.row_error(values, missing, element, row))?);
-            self.tick(values, row);
+            kept.push(position.map_err(|missing| self.row_error(values, missing, element, row))?)?;
+            self.tick(values);
         }
-        Ok(PlyVertices::Kept(positions))
+        Ok(PlyVertices::Kept(kept))
     }
 
     fn faces<V: Values>(&mut self, element: &Element, values: &mut V, vertices: &PlyVertices) -> Result<()> {
@@ -148,7 +157,7 @@ impl<'a> Reader<'a, '_> {
                         .map_err(|missing| self.row_error(values, missing, element, row))?,
                 }
             }
-            self.tick(values, row);
+            self.tick(values);
         }
         Ok(())
     }
@@ -213,6 +222,7 @@ impl<'a> Reader<'a, '_> {
             }
             (a, b) = (b, c);
             position += 1;
+            self.tick(values);
         }
         Ok(())
     }
@@ -227,6 +237,7 @@ impl<'a> Reader<'a, '_> {
                 skip_value(values, property.kind)
                     .map_err(|missing| self.row_error(values, missing, element, row))?;
             }
+            self.tick(values);
         }
         Ok(())
     }
@@ -236,11 +247,20 @@ impl<'a> Reader<'a, '_> {
         values::error(self.path, values, missing, &element.name, row)
     }
 
+    /// Called after each row and wherever much is read at once.
     #[inline]
-    fn tick(&mut self, values: &impl Values, row: u64) {
-        if row.is_multiple_of(ROWS_BETWEEN) {
-            self.out.advance(values.at() as u64);
+    fn tick(&mut self, values: &impl Values) {
+        if values.at().abs_diff(self.last_tick) >= BYTES_BETWEEN {
+            self.move_on(values.at());
         }
+    }
+
+    #[cold]
+    fn move_on(&mut self, at: usize) {
+        // Empty after a step back, to faces that come before the vertices.
+        self.map.release_range(self.last_tick..at);
+        self.last_tick = at;
+        self.out.advance(at as u64);
     }
 }
 
@@ -279,13 +299,16 @@ fn row_offset(element: &Element, property: usize) -> usize {
 
 enum PlyVertices<'a> {
     Mapped(Mapped<'a>),
-    Kept(Vec<[f64; 3]>),
+    Kept(Kept),
 }
 
 /// Vertices of a binary file, in place.
 struct Mapped<'a> {
     map: &'a Map,
     rows: &'a [u8],
+    resident: Resident,
+    /// Where the rows are in the map.
+    range: Range<usize>,
     stride: usize,
     /// For x, y and z the offset in the row.
     axes: [(usize, Scalar); 3],
@@ -295,7 +318,11 @@ struct Mapped<'a> {
 impl Mapped<'_> {
     #[inline]
     fn position(&self, index: u32) -> [f64; 3] {
-        let row = &self.rows[index as usize * self.stride..][..self.stride];
+        let offset = index as usize * self.stride;
+        if self.resident.touch(offset) {
+            self.map.release_range(self.range.clone());
+        }
+        let row = &self.rows[offset..][..self.stride];
         // Rows are whole: `check_count` and `skip` saw to that.
         let axis =
             |i: usize| decode(self.axes[i].1, &row[self.axes[i].0..], self.big_endian).unwrap_or(f64::NAN);
@@ -308,7 +335,7 @@ impl Vertices for PlyVertices<'_> {
     fn count(&self) -> u64 {
         match self {
             PlyVertices::Mapped(mapped) => (mapped.rows.len() / mapped.stride) as u64,
-            PlyVertices::Kept(positions) => positions.count(),
+            PlyVertices::Kept(kept) => kept.count(),
         }
     }
 
@@ -316,13 +343,17 @@ impl Vertices for PlyVertices<'_> {
     fn position(&self, index: u32) -> [f64; 3] {
         match self {
             PlyVertices::Mapped(mapped) => mapped.position(index),
-            PlyVertices::Kept(positions) => positions.position(index),
+            PlyVertices::Kept(kept) => kept.position(index),
         }
     }
 
     fn release(&self) {
-        if let PlyVertices::Mapped(mapped) = self {
-            mapped.map.release();
+        match self {
+            PlyVertices::Mapped(mapped) => {
+                mapped.map.release_range(mapped.range.clone());
+                mapped.resident.clear();
+            }
+            PlyVertices::Kept(kept) => kept.release(),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! PLY files as people have them: good, odd and hostile.
 
-use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
+use crate::testing::{
+    Collect, import_all_prefixes, import_bytes, import_path, import_with_any_memory, write_file,
+};
 use crate::{Import, ImportError, ImportOptions, Place};
 
 fn read(bytes: &[u8]) -> (Import, Collect) {
@@ -127,7 +129,9 @@ fn impossible_indices_are_errors_or_dropped() {
         };
         assert_eq!(found.to_string(), index);
         let (_dir, path) = write_file("model.ply", text.as_bytes());
-        let (done, sink) = import_path(&path, &ImportOptions { drop_out_of_range: true }).unwrap();
+        let (done, sink) =
+            import_path(&path, &ImportOptions { drop_out_of_range: true, ..ImportOptions::default() })
+                .unwrap();
         assert_eq!(done.report.dropped.out_of_range, 2);
         assert_eq!(sink.triangles()[0].0, 2);
     }
@@ -156,4 +160,20 @@ fn broken_headers_are_named() {
     }
     let points = ASCII.replace("face 1", "face 0").replace("4 0 1 2 3\n", "");
     assert!(matches!(error(points.as_bytes()), ImportError::NoTriangles { .. }));
+}
+
+#[test]
+fn memory_changes_nothing() {
+    use std::fmt::Write;
+    let count = 1_100_000u32;
+    let (vertices, faces) = (format!("vertex {count}"), format!("face {}", count / 3));
+    let mut text = ASCII.replace("vertex 4", &vertices).replace("face 1", &faces);
+    text.truncate(text.find("end_header\n").unwrap() + "end_header\n".len());
+    (0..count).for_each(|i| writeln!(text, "{i} 0 0.{i}").unwrap());
+    (0..count / 3).for_each(|i| writeln!(text, "3 {i} {} {}", 2 * i, 3 * i).unwrap());
+    let triangles = import_with_any_memory("model.ply", text.as_bytes());
+    assert_eq!(triangles.len() as u32, count / 3);
+    for (id, triangle) in triangles {
+        assert_eq!(triangle.map(|corner| corner[0]), [1.0, 2.0, 3.0].map(|i| i * id as f64));
+    }
 }

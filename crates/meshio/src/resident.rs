@@ -1,0 +1,96 @@
+//! Bounds the memory of maps that are read in any order.
+//!
+//! A page that is missing brings its neighbors with it, on Linux all that are cached of the 64 KiB around it, so that
+//! reading a million positions without any order would bring in 64 GiB. Counting reads and releasing the map after
+//! some thousand keeps memory small but makes meshes without order ten times slower: nearly every read then is a
+//! fault. So it is counted which blocks have been touched: as long as they fit, nothing has to leave.
+
+use std::cell::Cell;
+
+/// What Linux maps at once, as a power of two.
+const BLOCK_BITS: u32 = 16;
+pub(crate) const BLOCK_BYTES: usize = 1 << BLOCK_BITS;
+/// With less memory for them, meshes without order would take forever.
+const MIN_BYTES: u64 = 96 << 20;
+
+/// Which blocks of a map are in memory, at most.
+pub(crate) struct Resident {
+    /// Bytes by which the map's start is behind the start of a block.
+    skew: usize,
+    /// A bit for each block: memory for a 2^19th of the file.
+    blocks: Vec<Cell<u64>>,
+    max_count: u64,
+    count: Cell<u64>,
+}
+
+impl Resident {
+    /// For `map`, of which about `max_bytes` may be in memory.
+    pub fn new(map: &[u8], max_bytes: u64) -> Resident {
+        let max_count = max_bytes.max(MIN_BYTES) >> BLOCK_BITS;
+        let mut resident = Resident { skew: skew(map), blocks: Vec::new(), max_count, count: Cell::new(0) };
+        resident.grow(resident.skew + map.len());
+        resident
+    }
+
+    /// Makes room for offsets below `bytes`.
+    pub fn grow(&mut self, bytes: usize) {
+        self.blocks.resize((bytes >> BLOCK_BITS) / 64 + 1, Cell::new(0));
+    }
+
+    /// Called before the byte at `offset` is read. True if all pages must be released first.
+    #[inline]
+    pub fn touch(&self, offset: usize) -> bool {
+        let block = (self.skew + offset) >> BLOCK_BITS;
+        let bit = 1 << (block % 64);
+        let known = self.blocks.get(block / 64).is_none_or(|blocks| blocks.get() & bit != 0);
+        !known && self.add(block)
+    }
+
+    #[cold]
+    fn add(&self, block: usize) -> bool {
+        let full = self.count.get() >= self.max_count;
+        if full {
+            self.clear();
+        }
+        let blocks = &self.blocks[block / 64];
+        blocks.set(blocks.get() | 1 << (block % 64));
+        self.count.set(self.count.get() + 1);
+        full
+    }
+
+    /// All pages have been released.
+    pub fn clear(&self) {
+        self.blocks.iter().for_each(|blocks| blocks.set(0));
+        self.count.set(0);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.count.get() == 0
+    }
+}
+
+/// Bytes by which the start of `map` is behind the start of a block.
+pub(crate) fn skew(map: &[u8]) -> usize {
+    map.as_ptr() as usize % BLOCK_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_count_once() {
+        let mut resident = Resident::new(&[], 0);
+        let count = MIN_BYTES as usize / BLOCK_BYTES;
+        resident.grow((count + 1) * BLOCK_BYTES + BLOCK_BYTES);
+        for _ in 0..2 {
+            let touched = (0..count).map(|block| resident.touch(block * BLOCK_BYTES + block));
+            assert_eq!(touched.filter(|&release| release).count(), 0);
+        }
+        assert!(!resident.is_empty());
+        assert!(resident.touch(count * BLOCK_BYTES) && !resident.touch(count * BLOCK_BYTES));
+        assert!(!resident.touch(0));
+        resident.clear();
+        assert!(resident.is_empty());
+    }
+}
