@@ -181,7 +181,7 @@ impl<'a> Emitter<'a> {
     ) -> Result<()> {
         let vertex_count = vertices.count();
         if let Some(&bad) = corners.iter().find(|&&corner| u64::from(corner) >= vertex_count) {
-            return self.out_of_range(corners.len() as u64 - 2, path, place(), i64::from(bad), vertex_count);
+            return self.out_of_range(corners.len() as u64 - 2, path, place, i64::from(bad), vertex_count);
         }
         match *corners {
             [a, b, c] => self.triangle(geometry, vertices, [a, b, c]),
@@ -202,17 +202,23 @@ impl<'a> Emitter<'a> {
         Ok(())
     }
 
-    /// Drops `count` triangles because of an index, or fails, as the options say.
+    /// Drops `count` triangles because of an index, or fails, as the options say. In text it takes time to find out
+    /// the place.
     pub fn out_of_range(
         &mut self,
         count: u64,
         path: &Path,
-        place: Place,
+        place: impl FnOnce() -> Place,
         index: i64,
         vertex_count: u64,
     ) -> Result<()> {
         if !self.options.drop_out_of_range {
-            return Err(ImportError::IndexOutOfRange { path: path.into(), place, index, vertex_count });
+            return Err(ImportError::IndexOutOfRange {
+                path: path.into(),
+                place: place(),
+                index,
+                vertex_count,
+            });
         }
         self.report.dropped.out_of_range += count;
         self.set_next_triangle_id(self.next_triangle_id + count)

@@ -5,6 +5,7 @@ use crate::scene_file::SceneFile;
 use crate::{Import, ImportError, ImportOptions, Place, Result, TriangleSink, gltf, map, obj, ply};
 use glam::DAffine3;
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Reads all `inputs` into one scene. Models stand where their files put them, those of a scene file where that
@@ -18,19 +19,7 @@ use std::path::{Path, PathBuf};
 /// The first thing that keeps an input from being read as it is meant. Batches sent to the sink before are then
 /// worthless. A file without triangles is an error too.
 pub fn import(inputs: &[PathBuf], options: &ImportOptions, sink: &mut dyn TriangleSink) -> Result<Import> {
-    let mut models = Vec::new();
-    let mut scene_files = Vec::new();
-    for path in inputs {
-        if ending(path) == "toml" {
-            let scene_file = SceneFile::read(path)?;
-            let first = models.len();
-            models.extend(scene_file.models()?);
-            scene_files.push((scene_file, first..models.len()));
-        } else {
-            models.push(Model { path: path.clone(), world_from_file: DAffine3::IDENTITY, material: None });
-        }
-    }
-    let formats = models.iter().map(|model| Format::of(&model.path)).collect::<Result<Vec<_>>>()?;
+    let Inputs { models, formats, mut scene_files } = Inputs::open(inputs)?;
     let bytes_total = formats.iter().map(|(_, bytes)| bytes).sum();
 
     let mut out = Emitter::new(options, sink, bytes_total);
@@ -57,6 +46,38 @@ pub fn import(inputs: &[PathBuf], options: &ImportOptions, sink: &mut dyn Triang
     finish(inputs, out)
 }
 
+/// What the inputs name, before any model is read.
+pub(crate) struct Inputs {
+    pub models: Vec<Model>,
+    /// Of each model, with its size in bytes.
+    pub formats: Vec<(Format, u64)>,
+    /// With the range of the models that each has brought.
+    scene_files: Vec<(SceneFile, Range<usize>)>,
+}
+
+impl Inputs {
+    pub fn open(inputs: &[PathBuf]) -> Result<Inputs> {
+        let mut models = Vec::new();
+        let mut scene_files = Vec::new();
+        for path in inputs {
+            if ending(path) == "toml" {
+                let scene_file = SceneFile::read(path)?;
+                let first = models.len();
+                models.extend(scene_file.models()?);
+                scene_files.push((scene_file, first..models.len()));
+            } else {
+                models.push(Model {
+                    path: path.clone(),
+                    world_from_file: DAffine3::IDENTITY,
+                    material: None,
+                });
+            }
+        }
+        let formats = models.iter().map(|model| Format::of(&model.path)).collect::<Result<Vec<_>>>()?;
+        Ok(Inputs { models, formats, scene_files })
+    }
+}
+
 /// A model file and where it stands.
 #[derive(Debug)]
 pub(crate) struct Model {
@@ -67,7 +88,7 @@ pub(crate) struct Model {
 }
 
 #[derive(Clone, Copy)]
-enum Format {
+pub(crate) enum Format {
     Obj,
     Ply,
     Gltf,

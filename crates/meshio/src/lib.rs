@@ -24,11 +24,13 @@ mod resident;
 pub mod scene_file;
 mod scratch;
 mod spool;
+mod survey;
 #[cfg(test)]
 mod testing;
 
 pub use error::{ImportError, Place};
 pub use import::import;
+pub use survey::{Survey, survey};
 
 use raystrips_geom::scene::SceneDesc;
 use std::io;

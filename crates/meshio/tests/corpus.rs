@@ -2,7 +2,7 @@
 //!
 //! The folder is named by `RAYSTRIPS_MODELS`; without it and without the usual place there is nothing to test.
 
-use raystrips_meshio::{Import, ImportError, ImportOptions, TriangleBatch, TriangleSink, import};
+use raystrips_meshio::{Import, ImportError, ImportOptions, TriangleBatch, TriangleSink, import, survey};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -113,5 +113,30 @@ fn check(root: &Path, entry: &Entry) -> Option<String> {
     if outcome.is_err() && (message.contains('\n') || !message.contains(name)) {
         return Some(format!("{}: the message is not one line with the file's name: {message}", entry.path));
     }
+    if let Some(what) = judge_survey(&path, &outcome) {
+        return Some(format!("{}: {what}", entry.path));
+    }
     entry.judge(&outcome).map(|what| format!("{}: {what}", entry.path))
+}
+
+/// What is wrong with what is told of the file before its import, if anything.
+fn judge_survey(path: &Path, outcome: &Result<Import, ImportError>) -> Option<String> {
+    let Ok(found) = catch_unwind(|| survey(&[path.to_owned()])) else {
+        return Some("the survey panicked".into());
+    };
+    match (found, outcome) {
+        (Err(error), Ok(_)) => Some(format!("the survey refused: {error}")),
+        (Err(error), Err(expected)) => {
+            let same = error.to_string() == expected.to_string();
+            (!same).then(|| format!("the survey said: {error}, the import: {expected}"))
+        }
+        (Ok(found), Ok(done)) => {
+            let dropped = done.report.dropped;
+            let count = done.report.triangles + dropped.non_finite + dropped.out_of_range;
+            let near = found.triangles <= 2 * count && 2 * found.triangles >= count;
+            let good = if found.is_exact { found.triangles == count } else { near };
+            (!good).then(|| format!("{found:?}, but {count} triangles"))
+        }
+        (Ok(_), Err(_)) => None,
+    }
 }

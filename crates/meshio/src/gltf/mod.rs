@@ -12,6 +12,9 @@ mod glb;
 mod material;
 mod nodes;
 mod primitive;
+mod survey;
+
+pub(crate) use survey::survey;
 
 use crate::emit::Emitter;
 use crate::map::Map;

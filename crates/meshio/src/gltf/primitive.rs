@@ -27,6 +27,15 @@ pub(super) struct Primitives<'a> {
     morphed: bool,
 }
 
+/// What a mesh lists.
+#[derive(Clone, Copy, Default)]
+pub(super) struct MeshCounts {
+    pub triangles: u64,
+    pub vertices: u64,
+    /// Whether some triangles may only lead from one strip to the next, which are left out.
+    pub has_strips: bool,
+}
+
 /// The corners of a primitive's triangles, in the order of the file.
 struct Corners<'a> {
     mode: Mode,
@@ -83,29 +92,51 @@ impl<'a> Primitives<'a> {
     pub fn add_mesh(&mut self, mesh: usize, out: &mut Emitter) -> Result<()> {
         for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
             let at = format!("meshes[{mesh}].primitives[{i}]");
-            let Checked::Valid(mode) = primitive.mode else {
-                return Err(syntax(
-                    self.path,
-                    format_args!("{at}.mode"),
-                    "is none of glTF 2.0; export again",
-                ));
-            };
-            if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-                self.lines_and_points += 1;
-            } else if let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
-                self.refuse_compressed(primitive, position.value(), &at)?;
-                let at_position = format!("{at}.attributes.POSITION");
-                let positions = self.accessor(position.value(), Type::Vec3, &at_position)?;
-                let corners = self.corners(primitive, mode, &positions, &at)?;
-                self.incomplete += u64::from(mode == Mode::Triangles && corners.count % 3 != 0);
-                self.morphed |= primitive.targets.is_some();
-                let geometry = self.geometry(mesh, i, primitive, &at, out)?;
+            if let Some((positions, corners)) = self.open(primitive, &at)? {
+                let geometry = self.geometry(mesh, i, primitive, out);
                 self.add_triangles(geometry, &positions, &corners, &at, out)?;
-            } else {
-                self.without_positions += 1;
             }
         }
         Ok(())
+    }
+
+    /// Counts what a mesh, which must exist, lists.
+    pub fn count_mesh(&mut self, mesh: usize) -> Result<MeshCounts> {
+        let mut counts = MeshCounts::default();
+        for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
+            let opened = self.open(primitive, &format!("meshes[{mesh}].primitives[{i}]"))?;
+            if let Some((positions, corners)) = opened {
+                counts.triangles = counts.triangles.saturating_add(corners.triangle_count());
+                counts.vertices = counts.vertices.saturating_add(Vertices::count(&positions));
+                counts.has_strips |= corners.mode == Mode::TriangleStrip;
+            }
+        }
+        Ok(counts)
+    }
+
+    /// The checked parts of a primitive, if it has triangles.
+    fn open(&mut self, primitive: &Primitive, at: &str) -> Result<Option<(Accessor<'a>, Corners<'a>)>> {
+        let Checked::Valid(mode) = primitive.mode else {
+            let what = "is none of glTF 2.0; export again";
+            return Err(syntax(self.path, format_args!("{at}.mode"), what));
+        };
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.lines_and_points += 1;
+            return Ok(None);
+        }
+        let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+            self.without_positions += 1;
+            return Ok(None);
+        };
+        self.refuse_compressed(primitive, position.value(), at)?;
+        let positions = self.accessor(position.value(), Type::Vec3, &format!("{at}.attributes.POSITION"))?;
+        let corners = self.corners(primitive, mode, &positions, at)?;
+        if let Some(material) = &primitive.material {
+            entry(&self.document.materials, material.value(), self.path, format_args!("{at}.material"))?;
+        }
+        self.incomplete += u64::from(mode == Mode::Triangles && corners.count % 3 != 0);
+        self.morphed |= primitive.targets.is_some();
+        Ok(Some((positions, corners)))
     }
 
     fn accessor(&self, index: usize, kind: Type, at: &str) -> Result<Accessor<'a>> {
@@ -148,29 +179,19 @@ impl<'a> Primitives<'a> {
         Ok(Corners { mode, indices: Some(indices), count })
     }
 
-    fn geometry(
-        &mut self,
-        mesh: usize,
-        index: usize,
-        primitive: &Primitive,
-        at: &str,
-        out: &mut Emitter,
-    ) -> Result<u32> {
+    /// The geometry of a primitive that has been opened.
+    fn geometry(&mut self, mesh: usize, index: usize, primitive: &Primitive, out: &mut Emitter) -> u32 {
         if let Some(&geometry) = self.geometries.get(&(mesh, index)) {
-            return Ok(geometry);
+            return geometry;
         }
         let material = match &primitive.material {
-            Some(material) => {
-                let at = format!("{at}.material");
-                entry(&self.document.materials, material.value(), self.path, at)?;
-                self.materials.get(material.value(), out)
-            }
+            Some(material) => self.materials.get(material.value(), out),
             None => self.materials.default(out),
         };
         let name = self.document.meshes[mesh].name.as_deref().unwrap_or_default();
         let geometry = out.geometry(name, material);
         self.geometries.insert((mesh, index), geometry);
-        Ok(geometry)
+        geometry
     }
 
     fn add_triangles(

@@ -2,6 +2,7 @@
 
 use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
 use crate::{Import, ImportError, ImportOptions};
+use crate::{Survey, survey};
 use raystrips_geom::scene::{LightKind, Projection};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -273,4 +274,34 @@ fn deep_trees_do_not_overflow() {
 #[test]
 fn every_beginning_of_a_file() {
     import_all_prefixes("model.glb", &glb(&document(), &square_bytes()));
+}
+
+#[test]
+fn buffers_beyond_four_gibibytes() {
+    use std::io::{Seek, SeekFrom, Write};
+    let (view, offset) = ((1u64 << 32) + 4, (1u64 << 32) + 8);
+    let mut document = document();
+    document["buffers"] = json!([{"byteLength": view + offset + 60, "uri": "a.bin"}]);
+    document["bufferViews"] = json!([
+        {"buffer": 0, "byteOffset": view, "byteLength": offset + 48},
+        {"buffer": 0, "byteOffset": view + offset + 48, "byteLength": 12}
+    ]);
+    document["accessors"][0]["byteOffset"] = json!(offset);
+    document["nodes"] = json!([{"mesh": 0, "children": [1]}, {"mesh": 0}]);
+    let (dir, path) = write_file("model.gltf", document.to_string().as_bytes());
+    let mut file = std::fs::File::create(dir.path().join("a.bin")).unwrap();
+    file.seek(SeekFrom::Start(view + offset)).unwrap();
+    file.write_all(&square_bytes()).unwrap();
+    assert_eq!(
+        triangles(&import_path(&path, &ImportOptions::default()).unwrap().1),
+        [SQUARE, SQUARE].concat()
+    );
+    let bytes = document.to_string().len() as u64;
+    let expected = Survey { bytes, triangles: 4, vertices: 8, kept_vertices: 0, is_exact: true };
+    assert_eq!(survey(std::slice::from_ref(&path)).unwrap(), expected);
+    file.set_len(view + offset + 59).unwrap();
+    assert_eq!(
+        survey(std::slice::from_ref(&path)).unwrap_err().to_string(),
+        import_path(&path, &ImportOptions::default()).unwrap_err().to_string()
+    );
 }

@@ -7,6 +7,9 @@
 mod forward;
 mod lines;
 mod mtl;
+mod survey;
+
+pub(crate) use survey::survey;
 
 use crate::emit::{Emitter, Vertices};
 use crate::error::excerpt;
@@ -171,7 +174,13 @@ impl<'a, 'b> Obj<'a, 'b> {
         let triangle_count = self.corners.len() as u64 - 2;
         let vertex_count = self.positions.count();
         if let Some(index) = self.impossible {
-            return self.out.out_of_range(triangle_count, self.path, Place::Line(line), index, vertex_count);
+            return self.out.out_of_range(
+                triangle_count,
+                self.path,
+                || Place::Line(line),
+                index,
+                vertex_count,
+            );
         }
         let geometry = match self.geometry {
             Some(geometry) => geometry,
@@ -280,7 +289,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             match corners.iter().find(|&&corner| u64::from(corner) >= vertex_count) {
                 Some(&bad) => {
                     let (count, index) = (corners.len() as u64 - 2, i64::from(bad) + 1);
-                    self.out.out_of_range(count, self.path, Place::Line(*line), index, vertex_count)?;
+                    self.out.out_of_range(count, self.path, || Place::Line(*line), index, vertex_count)?;
                 }
                 None => {
                     let place = || Place::Line(*line);

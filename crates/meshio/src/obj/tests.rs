@@ -3,7 +3,7 @@
 use crate::testing::{
     Collect, import_all_prefixes, import_bytes, import_path, import_with_any_memory, write_file,
 };
-use crate::{Dropped, Import, ImportError, ImportOptions, Place};
+use crate::{Dropped, Import, ImportError, ImportOptions, Place, survey};
 
 fn read(text: &str) -> (Import, Collect) {
     import_bytes("model.obj", text.as_bytes()).unwrap()
@@ -167,5 +167,22 @@ fn memory_changes_nothing() {
                 .all(|&i| numbers(i).iter().all(|x| [at + 6, count - (at + 6) / 2, 2, 1].contains(x)))
         );
         assert_eq!(numbers(3), [at + 9, at + 8, at + 7]);
+    }
+}
+
+#[test]
+fn surveys_are_close_wherever_the_faces_are() {
+    let vertices = "v 0.25 0.5 0.75\n".repeat(200_000);
+    let faces = "f 1/1 2/2 3/3 4/4\nf 1 2 3\n".repeat(60_000);
+    for text in [format!("{vertices}{faces}"), format!("{faces}{vertices}").replace('\n', "\r")] {
+        let (_dir, path) = write_file("model.obj", text.as_bytes());
+        let found = survey(&[path]).unwrap();
+        let near = |count: u64, expected: u64| count.abs_diff(expected) < expected / 10;
+        assert!(near(found.vertices, 200_000) && near(found.triangles, 180_000), "{found:?}");
+        assert!(found.kept_vertices == found.vertices && !found.is_exact);
+    }
+    for text in ["", "v", "#", "\n", &"x".repeat(3 << 20)] {
+        let (_dir, path) = write_file("model.obj", text.as_bytes());
+        assert_eq!(survey(&[path]).unwrap().triangles, 0);
     }
 }

@@ -5,7 +5,10 @@
 //! apart. Elements may come in any order with any properties; those that do not matter are skipped.
 
 mod header;
+mod survey;
 mod values;
+
+pub(crate) use survey::survey;
 
 use crate::emit::{Emitter, Vertices};
 use crate::kept::Kept;
@@ -61,10 +64,12 @@ impl<'a> Reader<'a, '_> {
         let mut before_vertices = Vec::new();
         let header = self.header;
         for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
-            self.check_count(element, &values)?;
+            check_count(self.path, header.encoding, element, values.bytes_left(), || values.place())?;
             match (element.name.as_str(), &vertices) {
                 ("vertex", None) => vertices = Some(self.vertices(element, &mut values)?),
-                ("vertex", Some(_)) => return Err(self.element_error(element, "comes twice; export again")),
+                ("vertex", Some(_)) => {
+                    return Err(element_error(self.path, element, "comes twice; export again"));
+                }
                 ("face" | "tristrips", Some(vertices)) => self.faces(element, &mut values, vertices)?,
                 ("face" | "tristrips", None) => {
                     before_vertices.push((element, values.clone()));
@@ -79,35 +84,9 @@ impl<'a> Reader<'a, '_> {
             .try_for_each(|(element, mut values)| self.faces(element, &mut values, &vertices))
     }
 
-    /// A count that the rest of the file cannot hold is refused before anything is done with it.
-    fn check_count(&self, element: &Element, values: &impl Values) -> Result<()> {
-        let least = element.count.checked_mul(element.min_row_bytes(self.header.encoding));
-        if least.is_some_and(|least| least <= values.bytes_left()) {
-            return Ok(());
-        }
-        let what = format!(
-            "element '{}' has {} rows, which the {} bytes left cannot hold; the file is cut off, get it again",
-            element.name,
-            element.count,
-            values.bytes_left()
-        );
-        Err(ImportError::syntax(self.path, values.place(), what))
-    }
-
-    fn element_error(&self, element: &Element, what: &str) -> ImportError {
-        ImportError::syntax(self.path, Place::Whole, format_args!("element '{}' {what}", element.name))
-    }
-
     fn vertices<V: Values>(&mut self, element: &Element, values: &mut V) -> Result<PlyVertices<'a>> {
-        let mut axes = [(0, Scalar::F32); 3];
-        for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
-            let property = element.find(&[name]);
-            *axis = match property.map(|property| (property, element.properties[property].kind)) {
-                Some((property, Kind::Scalar(scalar))) => (property, scalar),
-                _ => return Err(self.element_error(element, "lacks x, y or z; export it with positions")),
-            };
-        }
-        if let (Some(stride), true) = (element.row_bytes(), self.header.encoding != Encoding::Ascii) {
+        let axes = axes(self.path, element)?;
+        if let (Some(stride), true) = (element.row_bytes(), is_in_place(element, self.header.encoding)) {
             let start = values.at();
             self.skip(element, values)?;
             return Ok(PlyVertices::Mapped(Mapped {
@@ -134,16 +113,13 @@ impl<'a> Reader<'a, '_> {
         if element.count == 0 {
             return Ok(());
         }
-        let indices = element.find(&["vertex_indices", "vertex_index"]);
-        if indices.is_none_or(|i| matches!(element.properties[i].kind, Kind::Scalar(_))) {
-            return Err(self.element_error(element, "lacks the list vertex_indices; export it with faces"));
-        }
+        let indices = index_list(self.path, element)?;
         let material = self.out.default_material();
         let geometry = self.out.geometry("", material);
         for row in 0..element.count {
             for (i, property) in element.properties.iter().enumerate() {
                 match property.kind {
-                    Kind::List { count, item } if Some(i) == indices => {
+                    Kind::List { count, item } if i == indices => {
                         let length = list_length(values, count);
                         let length =
                             length.map_err(|missing| self.row_error(values, missing, element, row))?;
@@ -187,7 +163,7 @@ impl<'a> Reader<'a, '_> {
             return Ok(());
         }
         if let Some(index) = impossible {
-            return self.out.out_of_range(length - 2, self.path, start.place(), index, vertices.count());
+            return self.out.out_of_range(length - 2, self.path, || start.place(), index, vertices.count());
         }
         self.out.polygon(geometry, vertices, &self.corners, self.path, || start.place())
     }
@@ -212,7 +188,7 @@ impl<'a> Reader<'a, '_> {
                 continue;
             }
             let Ok(c) = u32::try_from(index) else {
-                self.out.out_of_range(1, self.path, start.place(), index, vertices.count())?;
+                self.out.out_of_range(1, self.path, || start.place(), index, vertices.count())?;
                 position = 0;
                 continue;
             };
@@ -262,6 +238,55 @@ impl<'a> Reader<'a, '_> {
         self.last_tick = at;
         self.out.advance(at as u64);
     }
+}
+
+/// A count that the rest of the file cannot hold is refused before anything is done with it.
+fn check_count(
+    path: &Path,
+    encoding: Encoding,
+    element: &Element,
+    bytes_left: u64,
+    place: impl FnOnce() -> Place,
+) -> Result<()> {
+    let least = element.count.checked_mul(element.min_row_bytes(encoding));
+    if least.is_some_and(|least| least <= bytes_left) {
+        return Ok(());
+    }
+    let what = format!(
+        "element '{}' has {} rows, which the {bytes_left} bytes left cannot hold; the file is cut off, get it again",
+        element.name, element.count
+    );
+    Err(ImportError::syntax(path, place(), what))
+}
+
+fn element_error(path: &Path, element: &Element, what: &str) -> ImportError {
+    ImportError::syntax(path, Place::Whole, format_args!("element '{}' {what}", element.name))
+}
+
+/// Which properties are x, y and z, and their types.
+fn axes(path: &Path, element: &Element) -> Result<[(usize, Scalar); 3]> {
+    let mut axes = [(0, Scalar::F32); 3];
+    for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+        let property = element.find(&[name]);
+        *axis = match property.map(|property| (property, element.properties[property].kind)) {
+            Some((property, Kind::Scalar(scalar))) => (property, scalar),
+            _ => return Err(element_error(path, element, "lacks x, y or z; export it with positions")),
+        };
+    }
+    Ok(axes)
+}
+
+/// Which property of faces or strips lists their vertices.
+fn index_list(path: &Path, element: &Element) -> Result<usize> {
+    element
+        .find(&["vertex_indices", "vertex_index"])
+        .filter(|&i| matches!(element.properties[i].kind, Kind::List { .. }))
+        .ok_or_else(|| element_error(path, element, "lacks the list vertex_indices; export it with faces"))
+}
+
+/// True if vertices can be decoded where they are in the file.
+fn is_in_place(element: &Element, encoding: Encoding) -> bool {
+    encoding != Encoding::Ascii && element.row_bytes().is_some()
 }
 
 fn vertex(element: &Element, values: &mut impl Values, axes: [usize; 3]) -> Value<[f64; 3]> {

@@ -4,6 +4,7 @@ use crate::testing::{
     Collect, import_all_prefixes, import_bytes, import_path, import_with_any_memory, write_file,
 };
 use crate::{Import, ImportError, ImportOptions, Place};
+use crate::{Survey, survey};
 
 fn read(bytes: &[u8]) -> (Import, Collect) {
     import_bytes("model.ply", bytes).unwrap()
@@ -175,5 +176,49 @@ fn memory_changes_nothing() {
     assert_eq!(triangles.len() as u32, count / 3);
     for (id, triangle) in triangles {
         assert_eq!(triangle.map(|corner| corner[0]), [1.0, 2.0, 3.0].map(|i| i * id as f64));
+    }
+}
+
+#[test]
+fn files_beyond_four_gibibytes() {
+    use std::io::{Seek, SeekFrom, Write};
+    let count = 400_000_000u32;
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar uint vertex_indices\nend_header\n"
+    );
+    let (_dir, path) = write_file("model.ply", header.as_bytes());
+    let mut file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    let end = header.len() as u64 + 12 * u64::from(count);
+    file.seek(SeekFrom::Start(end - 24)).unwrap();
+    file.write_all(&[1.0f32, 0.0, 0.0, 1.0, 1.0, 0.0].map(f32::to_le_bytes).concat()).unwrap();
+    file.write_all(&[&[3][..], &[0, count - 2, count - 1].map(u32::to_le_bytes).concat()].concat()).unwrap();
+    let (_, sink) = import_path(&path, &ImportOptions::default()).unwrap();
+    assert_eq!(sink.triangles(), [(0, SQUARE[0])]);
+    let expected =
+        Survey { bytes: end + 13, triangles: 1, vertices: count.into(), kept_vertices: 0, is_exact: true };
+    assert_eq!(survey(&[path]).unwrap(), expected);
+}
+
+#[test]
+fn polygons_are_surveyed() {
+    let estimate = |bytes: &[u8]| {
+        let (_dir, path) = write_file("model.ply", bytes);
+        survey(&[path]).map(|found| (found.triangles, found.vertices, found.kept_vertices, found.is_exact))
+    };
+    assert_eq!(estimate(&binary(true, true)).unwrap(), (1, 4, 0, false));
+    let one_list = ASCII.replace("ascii", "binary_little_endian");
+    let (header, _) = one_list.split_at(one_list.find("0 0 0 1").unwrap());
+    let quad = [header.as_bytes(), &[0; 48], &[4], &[0; 16]].concat();
+    assert_eq!(estimate(&quad).unwrap(), (2, 4, 0, false));
+    let faces: String = ASCII.to_owned() + &"4 0 1 2 3\n".repeat(9);
+    assert_eq!(estimate(faces.replace("face 1", "face 10").as_bytes()).unwrap(), (20, 4, 4, false));
+    for length in 0..quad.len() {
+        let _ = estimate(&quad[..length]);
+    }
+    for count in ["18446744073709551615", "1152921504606846976"] {
+        assert!(estimate(ASCII.replace("vertex 4", &format!("vertex {count}")).as_bytes()).is_err());
+        let nothing = format!("element nothing {count}\nelement face");
+        assert!(estimate(ASCII.replace("element face", &nothing).as_bytes()).is_ok());
     }
 }

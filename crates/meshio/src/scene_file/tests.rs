@@ -1,7 +1,7 @@
 //! Scene files: every key, and what is refused.
 
 use crate::testing::{Collect, import_path};
-use crate::{Import, ImportError, ImportOptions, Progress, TriangleBatch, TriangleSink, import};
+use crate::{Import, ImportError, ImportOptions, Progress, TriangleBatch, TriangleSink, import, survey};
 use raystrips_geom::scene::{Projection, Sky};
 use std::io;
 
@@ -76,9 +76,11 @@ fn mistakes_are_named() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("scene.toml");
         std::fs::write(&path, text).unwrap();
-        let error =
-            import(&[path], &ImportOptions::default(), &mut Collect::default()).unwrap_err().to_string();
+        let error = import(std::slice::from_ref(&path), &ImportOptions::default(), &mut Collect::default())
+            .unwrap_err()
+            .to_string();
         assert!(!error.contains('\n') && error.contains(part), "{part}: {error}");
+        assert_eq!(survey(&[path]).unwrap_err().to_string(), error);
     }
     let unused = read(&format!("{PLACED}[[material]]\nname = 'a'")).unwrap().0;
     assert!(unused.report.warnings[0].contains("'a'"));
@@ -106,6 +108,17 @@ fn several_inputs_share_a_scene() {
         let error = import(&[path], &ImportOptions::default(), &mut sink).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     }
+}
+
+#[test]
+fn a_survey_counts_each_placement() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("scene.toml");
+    std::fs::write(dir.path().join("model.obj"), MODEL).unwrap();
+    std::fs::write(&path, "[[model]]\nfile = 'model.obj'\n".repeat(3)).unwrap();
+    let found = survey(&[path]).unwrap();
+    assert_eq!((found.triangles, found.vertices, found.kept_vertices), (3, 9, 9));
+    assert_eq!((found.bytes, found.is_exact), (3 * MODEL.len() as u64, false));
 }
 
 /// Refuses everything, and keeps the last report of progress.

@@ -1,0 +1,46 @@
+//! What a glTF document shows, told from the counts of its accessors.
+
+use super::buffer::Buffers;
+use super::document::Document;
+use super::material::Materials;
+use super::primitive::{MeshCounts, Primitives};
+use super::{glb, nodes};
+use crate::emit::Emitter;
+use crate::map::Map;
+use crate::survey::Survey;
+use crate::{ImportOptions, Result, TriangleBatch, TriangleSink};
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+
+/// Takes what the walk over the nodes finds on its way.
+struct Nowhere;
+
+impl TriangleSink for Nowhere {
+    fn batch(&mut self, _: TriangleBatch) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Tells what the file at `path` holds, a mesh as often as it is shown.
+pub(crate) fn survey(path: &Path) -> Result<Survey> {
+    let map = Map::open(path)?;
+    let container = glb::split(path, &map)?;
+    let document = Document::parse(path, container.json)?;
+    let (options, mut sink) = (ImportOptions::default(), Nowhere);
+    let buffers = Buffers::new(path, &document, &map, container.binary, options.kept_bytes);
+    let scene = nodes::walk(path, &document, &mut Emitter::new(&options, &mut sink, 0))?;
+    let mut primitives = Primitives::new(path, &document, &buffers, Materials::new(path, &document));
+    let mut meshes: HashMap<usize, MeshCounts> = HashMap::new();
+    let mut survey = Survey { is_exact: true, bytes: map.len() as u64, ..Survey::default() };
+    for node in &scene.meshes {
+        let counts = match meshes.get(&node.mesh) {
+            Some(counts) => *counts,
+            None => *meshes.entry(node.mesh).or_insert(primitives.count_mesh(node.mesh)?),
+        };
+        survey.triangles = survey.triangles.saturating_add(counts.triangles);
+        survey.vertices = survey.vertices.saturating_add(counts.vertices);
+        survey.is_exact &= !counts.has_strips;
+    }
+    Ok(survey)
+}
