@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod bad_input;
+mod budget;
 mod convert;
 mod corpus;
 mod damage;
@@ -14,6 +15,7 @@ mod models;
 mod pictures;
 mod rays;
 mod render;
+mod resume;
 mod support;
 mod trace;
 mod usage;

@@ -1,70 +1,98 @@
-//! Built clusters to pages, and the nodes above them.
+//! The clusters of a piece to pages, and what of its hierarchy is above them.
 //!
 //! Clusters are taken in the order of the hierarchy; a page ends where it fills whole blocks of the file best, near its
-//! size. A node whose clusters are all in one page lies in that page; the others lie above
-//! the pages and lead into them.
+//! size. A subtree whose clusters are all in one page lies in that page.
 
-use crate::{Observer, Stage};
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
 use raystrips_pack::layout::{
-    ALIGNMENT, ChildBoxes, ClusterHeader, GeometryRun, MAX_DEPTH, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS,
-    MAX_PAGES, PageHeader, WIDTH, WideNode,
+    ALIGNMENT, ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
 };
-use raystrips_pack::page::builder::{Children, PageBuilder, StripParts};
+use raystrips_pack::page::builder::{BuiltPage, Children, PageBuilder, StripParts};
 use raystrips_pack::strip_record::strips_bytes;
-use raystrips_pack::{PackError, PackWriter, TopEntry, TopNode, VertexCode};
+use raystrips_pack::{PackError, VertexCode};
 use raystrips_strips::collapse::Numbered;
 use raystrips_strips::{Bvh, Cluster, Collapse, Strip, StripTree};
+use serde::{Deserialize, Serialize};
 
-/// Pages built at a time: bounds the memory of finished pages that wait to be written.
-const BATCH: usize = 64;
+/// The pages of a piece.
+pub(crate) struct Assembled {
+    pub pages: Vec<BuiltPage>,
+    /// The hierarchy down to what lies in pages; leaf i leads to root i.
+    pub tree: Bvh,
+    pub roots: Vec<Root>,
+}
 
-/// What is above the pages.
-pub(crate) struct Top {
-    pub nodes: Vec<TopNode>,
-    pub entries: Vec<TopEntry>,
-    /// Most levels of nodes from the root to a strip.
+/// A node of a page that a leaf above the pages leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Root {
+    /// Number of the page in its piece.
+    pub page: u32,
+    /// Number of the node in its page.
+    pub node: u32,
+    /// Levels of nodes from it down to a strip.
     pub depth: u32,
 }
 
-/// Writes all pages and gives what is above them.
-pub(crate) fn write_pages(
-    writer: &mut PackWriter,
+/// Makes the pages of a piece whose triangles are numbered from `first_triangle` on.
+pub(crate) fn assemble(
     built: &StripTree,
     page_size: usize,
-    observer: &dyn Observer,
-) -> Result<Top, PackError> {
+    first_triangle: u64,
+) -> Result<Assembled, PackError> {
     let page_of = fill_pages(&built.clusters, page_size);
-    let mut plan = Plan { built, page_of: &page_of, nodes: Vec::new(), roots: Vec::new(), depth: 0 };
-    plan.above(&built.tree, 1);
-    if plan.roots.len() as u64 > MAX_PAGES {
-        let what = "more ways into pages than 29 bits can number; use a larger --page-size";
-        return Err(PackError::TooLarge(what.into()));
-    }
-    let pages: Vec<&[Root]> = plan.roots.chunk_by(|a, b| a.page == b.page).collect();
-    let mut entries = Vec::with_capacity(plan.roots.len());
-    let total = built.clusters.iter().flat_map(|c| &c.strips).map(|s| s.sources.len() as u64).sum();
-    let mut depth = plan.depth;
-    for batch in pages.chunks(BATCH) {
-        if observer.is_cancelled() {
-            return Err(std::io::Error::from(std::io::ErrorKind::Interrupted).into());
+    let page_of_group = |group: usize| page_of[built.groups[group].0 as usize];
+    let mut in_pages = Vec::new();
+    let tree = cut(&built.tree, &page_of_group, &mut in_pages);
+    let plans: Vec<&[(u32, &Bvh)]> = in_pages.chunk_by(|a, b| a.0 == b.0).collect();
+    let triangles_before = triangles_before(built, &page_of, first_triangle);
+    let pages: Result<Vec<(BuiltPage, Vec<u32>)>, PackError> = plans
+        .par_iter()
+        .zip(&triangles_before)
+        .map(|(roots, &first)| {
+            let (page, depths) = build_page(built, roots);
+            Ok((page.finish(first)?, depths))
+        })
+        .collect();
+    let (pages, depths): (Vec<BuiltPage>, Vec<Vec<u32>>) = pages?.into_iter().unzip();
+    let roots_of_page = |(page, depths): (u32, &Vec<u32>)| {
+        let depths = depths.clone();
+        (0..).zip(depths).map(move |(node, depth)| Root { page, node, depth })
+    };
+    let roots = (0..).zip(&depths).flat_map(roots_of_page).collect();
+    Ok(Assembled { pages, tree, roots })
+}
+
+/// The hierarchy above the largest subtrees that lie in one page; those are pushed to `in_pages` with their page.
+fn cut<'a>(tree: &'a Bvh, page_of_group: &impl Fn(usize) -> u32, in_pages: &mut Vec<(u32, &'a Bvh)>) -> Bvh {
+    let items = tree.items();
+    let page = page_of_group(items.start);
+    match tree {
+        Bvh::Inner { bounds, children } if page != page_of_group(items.end - 1) => {
+            let [a, b] = &**children;
+            let a = cut(a, page_of_group, in_pages);
+            Bvh::Inner { bounds: *bounds, children: Box::new([a, cut(b, page_of_group, in_pages)]) }
         }
-        let built: Vec<_> = batch.par_iter().map(|roots| build_page(built, roots)).collect();
-        for (roots, (page, page_depth)) in batch.iter().zip(built) {
-            let id = writer.page(&page.finish(writer.next_triangle())?)?;
-            debug_assert_eq!(id, roots[0].page);
-            entries.extend((0..roots.len() as u32).map(|node| TopEntry { page: id, node }));
-            depth = depth.max(page_depth);
+        _ => {
+            in_pages.push((page, tree));
+            let number = in_pages.len() - 1;
+            Bvh::Leaf { bounds: tree.bounds(), items: number..number + 1 }
         }
-        observer.progress(Stage::Write, writer.next_triangle(), total);
     }
-    if depth as usize > MAX_DEPTH {
-        return Err(PackError::TooLarge(format!(
-            "a hierarchy {depth} levels deep; the format allows {MAX_DEPTH}"
-        )));
-    }
-    Ok(Top { nodes: plan.nodes, entries, depth })
+}
+
+/// For each page the number of its first triangle.
+fn triangles_before(built: &StripTree, page_of: &[u32], first_triangle: u64) -> Vec<u64> {
+    let triangles = |c: &Cluster| c.strips.iter().map(|s| s.sources.len() as u64).sum::<u64>();
+    let (mut cluster, mut triangle) = (0, first_triangle);
+    let mut first_of_page = |page: &[u32]| {
+        let first = triangle;
+        let clusters = &built.clusters[cluster..cluster + page.len()];
+        cluster += page.len();
+        triangle += clusters.iter().map(triangles).sum::<u64>();
+        first
+    };
+    page_of.chunk_by(|a, b| a == b).map(&mut first_of_page).collect()
 }
 
 /// The page of each cluster. A page ends where it fills whole blocks of the file best, at three quarters of
@@ -111,73 +139,22 @@ fn estimated_bytes(cluster: &Cluster) -> usize {
         + (cluster.groups.len() + nodes_above) * size_of::<WideNode>()
 }
 
-/// A tree that lies in one page, and its level there.
-struct Root<'a> {
-    page: u32,
-    tree: &'a Bvh,
-    level: u32,
-}
-
-/// Nodes above the pages and the roots they lead to, which are numbered like the entries.
-struct Plan<'a> {
-    built: &'a StripTree,
-    page_of: &'a [u32],
-    nodes: Vec<TopNode>,
-    roots: Vec<Root<'a>>,
-    depth: u32,
-}
-
-impl<'a> Plan<'a> {
-    fn page_of_group(&self, group: usize) -> u32 {
-        self.page_of[self.built.groups[group].0 as usize]
-    }
-
-    fn is_in_one_page(&self, tree: &Bvh) -> bool {
-        let items = tree.items();
-        self.page_of_group(items.start) == self.page_of_group(items.end - 1)
-    }
-
-    /// Adds a node above the pages for `tree`, and all below it.
-    fn above(&mut self, tree: &'a Bvh, level: u32) -> u32 {
-        self.depth = self.depth.max(level);
-        let children = tree.open(WIDTH, |t| !self.is_in_one_page(t));
-        let bounds: Vec<Aabb> = children.iter().map(|c| c.bounds()).collect();
-        let node = self.nodes.len();
-        self.nodes.push(TopNode { boxes: ChildBoxes::around(&bounds), child: [TopNode::EMPTY; WIDTH] });
-        for (slot, child) in children.into_iter().enumerate() {
-            self.nodes[node].child[slot] = if self.is_in_one_page(child) {
-                let page = self.page_of_group(child.items().start);
-                self.roots.push(Root { page, tree: child, level: level + 1 });
-                TopNode::ENTRY | (self.roots.len() - 1) as u32
-            } else {
-                TopNode::NODE | self.above(child, level + 1)
-            };
-        }
-        node as u32
-    }
-}
-
-/// A page whose first nodes are its roots, and its deepest level.
-fn build_page<'a>(built: &'a StripTree, roots: &[Root<'a>]) -> (PageBuilder<'a>, u32) {
-    let first_group = roots[0].tree.items().start;
-    let last_group = roots[roots.len() - 1].tree.items().end - 1;
+/// A page whose first nodes are its roots, and the levels below each.
+fn build_page<'a>(built: &'a StripTree, roots: &[(u32, &'a Bvh)]) -> (PageBuilder<'a>, Vec<u32>) {
+    let first_group = roots[0].1.items().start;
+    let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
-    let mut page = PageContents {
-        built,
-        builder: PageBuilder::default(),
-        first_cluster,
-        first_strips: Vec::new(),
-        depth: 0,
-    };
+    let mut page =
+        PageContents { built, builder: PageBuilder::default(), first_cluster, first_strips: Vec::new() };
     for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
         let strips = cluster.strips.iter().map(strip_parts).collect();
         page.first_strips.push(page.builder.cluster(&cluster.vertices, strips).1);
     }
     let first = page.builder.reserve_nodes(roots.len());
-    for (number, root) in (first..).zip(roots) {
-        page.node(number, (root.tree, 0), &Collapse::of(root.tree), root.level);
-    }
-    (page.builder, page.depth)
+    let depths =
+        (first..).zip(roots).map(|(number, (_, tree))| page.node(number, (tree, 0), &Collapse::of(tree)));
+    let depths = depths.collect();
+    (page.builder, depths)
 }
 
 fn strip_parts(strip: &Strip) -> StripParts<'_> {
@@ -190,23 +167,21 @@ struct PageContents<'a> {
     first_cluster: u32,
     /// Number of the first strip of each cluster.
     first_strips: Vec<u16>,
-    depth: u32,
 }
 
 impl PageContents<'_> {
-    /// Makes node `number` of a tree over groups, and all below it.
-    fn node(&mut self, number: u16, tree: Numbered, collapse: &Collapse, level: u32) {
-        self.depth = self.depth.max(level);
+    /// Makes node `number` of a tree over groups, and all below it; tells how many levels that are.
+    fn node(&mut self, number: u16, tree: Numbered, collapse: &Collapse) -> u32 {
         if let Bvh::Leaf { items, .. } = tree.0 {
-            return self.group(number, items.start);
+            self.group(number, items.start);
+            return 1;
         }
         let children = collapse.children(tree);
         let first = self.builder.reserve_nodes(children.len());
         let bounds = children.iter().map(|c| c.0.bounds()).collect();
         self.builder.set_node(number, bounds, Children::Nodes(first));
-        for (number, child) in (first..).zip(children) {
-            self.node(number, child, collapse, level + 1);
-        }
+        let depths = (first..).zip(children).map(|(number, child)| self.node(number, child, collapse));
+        depths.max().unwrap_or(0) + 1
     }
 
     /// Makes node `number` of the strips of a group.
@@ -216,7 +191,7 @@ impl PageContents<'_> {
         let strips = built.groups[place as usize].clone();
         let cluster = (cluster - self.first_cluster) as u8;
         let first = self.first_strips[usize::from(cluster)] + strips.start as u16;
-        let bounds = built.strips[strips].iter().map(|s| s.bounds).collect();
+        let bounds: Vec<Aabb> = built.strips[strips].iter().map(|s| s.bounds).collect();
         self.builder.set_node(number, bounds, Children::Strips { cluster, first });
     }
 }

@@ -4,10 +4,13 @@ use raystrips_geom::scene::SceneDesc;
 use raystrips_pack::Emitter;
 use raystrips_strips::Mesh;
 
+/// For each geometry whether it shines.
+pub(crate) fn shining(scene: &SceneDesc) -> Vec<bool> {
+    scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_emissive()).collect()
+}
+
 /// Every triangle of a geometry that shines.
-pub(crate) fn emitters(scene: &SceneDesc, mesh: &Mesh) -> Vec<Emitter> {
-    let shines: Vec<bool> =
-        scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_emissive()).collect();
+pub(crate) fn emitters(shines: &[bool], mesh: &Mesh) -> Vec<Emitter> {
     let emissive = (0..mesh.triangles.len()).filter(|&i| shines[mesh.geometries[i] as usize]);
     let emitter =
         |i| Emitter { corners: mesh.corners(i).map(|p| p.to_array()), geometry: mesh.geometries[i] };

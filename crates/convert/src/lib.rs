@@ -1,24 +1,53 @@
-//! Models and scenes to packs: runs the preparing stages and reports on them.
+//! Models and scenes to packs, within a declared budget of memory, whatever the size of the input.
 //!
-//! For now a conversion holds the whole mesh in memory, some 250 bytes a triangle.
+//! The stages: [`import`] models to blocks of triangles in a scratch file; [`partition`] space so that each piece
+//! fits; [`distribute`] the triangles to their pieces; build each [`piece`] and append its pages to the [`output`];
+//! join the hierarchies of the pieces at the [`top`]. Pieces depend on the input alone, so the pack has the same bytes
+//! for any number of threads and any budget. What is whole is noted by the [`job`], from which a killed conversion
+//! goes on.
 
 mod assemble;
+mod block;
+mod blocks;
+mod borders;
+mod cells;
+mod distribute;
 mod emitters;
+mod flat_tree;
+mod hash;
+mod import;
+mod job;
 mod mesh;
 mod offset;
+mod output;
+mod partition;
+mod piece;
+mod plan;
 mod positions;
+mod report;
+mod sidecar;
+mod top;
 
+pub use plan::Plan;
 pub use positions::Positions;
-use positions::ToPack;
 pub use raystrips_meshio::ImportOptions;
-use raystrips_meshio::{ImportError, TriangleBatch, TriangleSink};
-use raystrips_pack::{Dropped, Manifest, PackContents, PackError, PackWriter};
 pub use raystrips_strips::StripParams;
-use raystrips_strips::{Mesh, StripTree};
-use std::io;
+pub use report::{ConvertError, ConvertReport, Observer, Stage, Unobserved};
+
+use blocks::Blocks;
+use distribute::Pieces;
+use glam::Vec3;
+use import::Imported;
+use job::{Found, Job};
+use output::Output;
+use positions::ToPack;
+use rayon::prelude::*;
+use raystrips_extmem::MemoryBudget;
+use raystrips_geom::Aabb;
+use raystrips_pack::Manifest;
+use report::Clock;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 
 /// Parameters of [`convert`].
 #[derive(Clone, Debug)]
@@ -31,8 +60,14 @@ pub struct ConvertParams {
     pub positions: Positions,
     /// Keep the number that each triangle has in the input: 4 or 8 bytes a triangle.
     pub keep_ids: bool,
-    /// What to do where files leave a choice.
+    /// What to do where files leave a choice. What it says of memory and scratch files is overridden by the below.
     pub import: ImportOptions,
+    /// Bytes of memory that the whole process keeps to; by default half of what is free.
+    pub memory: Option<u64>,
+    /// Folder for scratch files; by default one beside the output.
+    pub scratch: Option<PathBuf>,
+    /// Begin anew even where an interrupted run of the same conversion could go on.
+    pub restart: bool,
 }
 
 impl Default for ConvertParams {
@@ -43,236 +78,193 @@ impl Default for ConvertParams {
             positions: Positions::default(),
             keep_ids: false,
             import: ImportOptions::default(),
+            memory: None,
+            scratch: None,
+            restart: false,
         }
     }
 }
 
-/// Stages of a conversion, in order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Reading files; counts bytes.
-    Import,
-    /// Finding equal vertices; counts triangles.
-    Weld,
-    /// Hierarchy and strips; counts triangles.
-    Build,
-    /// Writing pages; counts triangles.
-    Write,
-}
-
-impl Stage {
-    /// Name as in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Stage::Import => "import",
-            Stage::Weld => "weld",
-            Stage::Build => "build",
-            Stage::Write => "write",
-        }
-    }
-}
-
-/// Follows a conversion, and may end it.
-pub trait Observer: Sync {
-    /// `done` of `total` of `stage`. Called now and then, from any thread.
-    fn progress(&self, _stage: Stage, _done: u64, _total: u64) {}
-
-    /// True when the conversion shall end with [`ConvertError::Cancelled`].
-    fn is_cancelled(&self) -> bool {
-        false
-    }
-}
-
-/// Follows nothing.
-pub struct Unobserved;
-
-impl Observer for Unobserved {}
-
-/// What a conversion did.
-#[derive(Clone, Debug)]
-pub struct ConvertReport {
-    /// Numbers and names of the pack.
-    pub manifest: Manifest,
-    /// Length of the pack.
-    pub file_bytes: u64,
-    /// Seconds of each stage.
-    pub seconds: Vec<(Stage, f64)>,
-    /// Things worth knowing about the input, a line each.
-    pub warnings: Vec<String>,
-    /// Every file that was read.
-    pub files: Vec<PathBuf>,
-}
-
-/// Why there is no pack. Messages name the file.
-#[derive(Debug, thiserror::Error)]
-pub enum ConvertError {
-    /// The input.
-    #[error(transparent)]
-    Import(#[from] ImportError),
-    /// The input holds nothing that a ray could hit.
-    #[error("{}: none of its {triangles} triangles has an area; check the model's scale and export", path.display())]
-    NoArea {
-        /// First input.
-        path: PathBuf,
-        /// Triangles read.
-        triangles: u64,
-    },
-    /// The pack cannot be written.
-    #[error("{}: {source}; nothing was left behind", path.display())]
-    Write {
-        /// The pack.
-        path: PathBuf,
-        /// Why.
-        source: PackError,
-    },
-    /// The observer asked to stop.
-    #[error("interrupted; nothing was left behind")]
-    Cancelled,
-}
-
-/// Converts `inputs`, all placed into one scene, to the pack `output`. The same inputs and parameters give the
-/// same bytes, whatever the number of threads (that of the current rayon pool).
+/// Converts `inputs`, all placed into one scene, to the pack `output`. The same inputs and parameters give the same
+/// bytes, whatever the memory and the number of threads (that of the current rayon pool).
+///
+/// Killed, the same call goes on from what was whole. After an error that may pass (an interrupt, a full disk) files
+/// for that are kept; after others nothing is left behind.
 pub fn convert(
     inputs: &[PathBuf],
     output: &Path,
     params: &ConvertParams,
     observer: &dyn Observer,
 ) -> Result<ConvertReport, ConvertError> {
-    let mut clock = Clock::new(observer);
-    let mut collector = Collector { batches: Vec::new(), observer };
-    let import = raystrips_meshio::import(inputs, &params.import, &mut collector)
-        .map_err(|e| clock.cancelled_or(e))?;
-    clock.finish(Stage::Import)?;
-
-    let placement = offset::placement(&collector.batches);
-    let mut to_pack = ToPack::new(&placement, params.positions);
-    let welded = mesh::weld(collector.batches, &mut to_pack);
-    if welded.mesh.triangles.is_empty() {
-        let path = inputs.first().cloned().unwrap_or_default();
-        return Err(ConvertError::NoArea { path, triangles: import.report.triangles });
-    }
-    clock.finish(Stage::Weld)?;
-
-    let built = build(&welded.mesh, params, observer);
-    clock.finish(Stage::Build)?;
-
-    let mut scene = import.scene;
-    scene.translate(placement.offset.map(|x| -x));
-    let bounds = built.tree.bounds();
-    let manifest = Manifest {
-        generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
-        triangles: 0,
-        vertices: welded.mesh.positions.len() as u64,
-        strips: 0,
-        clusters: 0,
-        pages: 0,
-        depth: 0,
-        page_size: params.page_size,
-        bounds_min: bounds.min.to_array(),
-        bounds_max: bounds.max.to_array(),
-        scene_offset: placement.offset,
-        position_error: to_pack.error,
-        id_bytes: 0,
-        bytes: Default::default(),
-        dropped: Dropped {
-            degenerate: welded.degenerate,
-            non_finite: import.report.dropped.non_finite,
-            out_of_range: import.report.dropped.out_of_range,
-        },
-        scene,
-    };
-    let failed = |source| match observer.is_cancelled() {
-        true => ConvertError::Cancelled,
-        false => ConvertError::Write { path: output.to_owned(), source },
-    };
-    let (manifest, file_bytes) =
-        write(output, manifest, &welded, &built, params, observer).map_err(failed)?;
-    clock.record(Stage::Write);
-    let mut warnings = import.report.warnings;
-    if import.report.warnings_left_out > 0 {
-        warnings.push(format!("{} more warnings", import.report.warnings_left_out));
-    }
-    Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files: import.report.files })
-}
-
-fn build(mesh: &Mesh, params: &ConvertParams, observer: &dyn Observer) -> StripTree {
-    let total = mesh.triangles.len() as u64;
-    let done = AtomicU64::new(0);
-    observer.progress(Stage::Build, 0, total);
-    raystrips_strips::build(mesh, &params.strips, &|triangles| {
-        let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
-        observer.progress(Stage::Build, before + triangles as u64, total);
+    let plan = Plan::new(inputs, output, params)?;
+    observer.planned(&plan);
+    let (mut job, found) = Job::open(inputs, output, params)?;
+    let conversion = Conversion { inputs, output, params, plan: &plan, observer };
+    conversion.run(&mut job, found).map_err(|error| {
+        let resumable = error.may_pass() && job.keep_if_useful();
+        let error = error.in_folder(job.scratch_path());
+        if resumable { ConvertError::Resumable(Box::new(error)) } else { error }
     })
 }
 
-fn write(
-    output: &Path,
-    manifest: Manifest,
-    welded: &mesh::Welded,
-    built: &StripTree,
-    params: &ConvertParams,
-    observer: &dyn Observer,
-) -> Result<(Manifest, u64), PackError> {
-    let emitters = emitters::emitters(&manifest.scene, &welded.mesh);
-    let mut writer = PackWriter::create(output, manifest)?;
-    let top = assemble::write_pages(&mut writer, built, params.page_size as usize, observer)?;
-    let (triangle_ids, id_bytes) =
-        if params.keep_ids { mesh::encode_ids(built, &welded.ids) } else { (Vec::new(), 0) };
-    let manifest = writer.manifest_mut();
-    manifest.depth = top.depth;
-    manifest.id_bytes = id_bytes;
-    writer.finish(&PackContents {
-        top_nodes: &top.nodes,
-        top_entries: &top.entries,
-        emitters: &emitters,
-        triangle_ids: &triangle_ids,
-    })
-}
-
-/// Keeps what is imported.
-struct Collector<'a> {
-    batches: Vec<TriangleBatch>,
+/// What all stages know.
+struct Conversion<'a> {
+    inputs: &'a [PathBuf],
+    output: &'a Path,
+    params: &'a ConvertParams,
+    plan: &'a Plan,
     observer: &'a dyn Observer,
 }
 
-impl TriangleSink for Collector<'_> {
-    fn batch(&mut self, batch: TriangleBatch) -> io::Result<()> {
-        if self.observer.is_cancelled() {
-            return Err(io::ErrorKind::Interrupted.into());
+impl Conversion<'_> {
+    fn run(&self, job: &mut Job, mut found: Found) -> Result<ConvertReport, ConvertError> {
+        let mut clock = Clock::new();
+        let budget = self.plan.is_in_memory().then(|| MemoryBudget::new(self.plan.spool_memory()));
+        let imported = found.imported.take();
+        let gathered = job.gathered(&mut found);
+        let (mut imported, pieces) = match (imported, gathered) {
+            (Some(imported), Some(pieces)) => (imported, pieces),
+            (imported, _) => {
+                let (imported, blocks) = self.import(imported, job, budget.as_ref())?;
+                clock.record(Stage::Import);
+                let pieces = self.pieces(&imported, &blocks, job, budget.as_ref(), &mut clock)?;
+                drop(blocks);
+                job.note_gathered(&pieces)?;
+                (imported, pieces)
+            }
+        };
+        imported.dropped.degenerate = pieces.degenerate;
+        let mut manifest = self.manifest(&imported);
+        manifest.position_error = pieces.position_error;
+        let mut output = Output::open(self.output, job, manifest, found.pieces)?;
+        self.build(&imported, &pieces, &mut output, job)?;
+        let tree = pieces.tree;
+        drop(pieces.spool);
+        let (manifest, file_bytes) = output.finish(tree, job, self.plan.spool_memory() / 2)?;
+        clock.record(Stage::Build);
+        let Imported { warnings, files, .. } = imported;
+        Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files })
+    }
+
+    /// The import: the earlier one if its triangles are still there.
+    fn import(
+        &self,
+        earlier: Option<Imported>,
+        job: &mut Job,
+        budget: Option<&MemoryBudget>,
+    ) -> Result<(Imported, Blocks), ConvertError> {
+        let at_a_time = self.plan.batches_at_a_time();
+        if let Some(imported) = earlier
+            && let Some(spool) = job.imported(&imported)
+        {
+            let blocks = imported.blocks(spool, at_a_time);
+            return Ok((imported, blocks));
         }
-        self.batches.push(batch);
+        let options = ImportOptions {
+            scratch: Some(job.scratch_path().to_owned()),
+            kept_bytes: self.plan.kept_bytes,
+            ..self.params.import.clone()
+        };
+        let (imported, spool) =
+            import::import(self.inputs, &options, job.import_spool(budget), self.observer)?;
+        job.note_import(&imported, &spool)?;
+        let blocks = imported.blocks(spool, at_a_time);
+        Ok((imported, blocks))
+    }
+
+    /// Gathers the triangles of each piece.
+    fn pieces(
+        &self,
+        imported: &Imported,
+        blocks: &Blocks,
+        job: &Job,
+        budget: Option<&MemoryBudget>,
+        clock: &mut Clock,
+    ) -> Result<Pieces, ConvertError> {
+        let to_pack = ToPack::new(&offset::placement(&imported.bounds), self.params.positions);
+        let [min, max] = imported.bounds.corners().map(|corner| to_pack.place(corner));
+        let partition = partition::partition(blocks, Aabb { min, max }, &to_pack, self.observer)?;
+        clock.record(Stage::Partition);
+        let partition = partition.ok_or_else(|| ConvertError::NoArea {
+            path: self.inputs.first().cloned().unwrap_or_default(),
+            triangles: imported.triangles,
+        })?;
+        let spool = job.gather_spool(budget);
+        let keep_ids = self.params.keep_ids;
+        let pieces = distribute::distribute(blocks, &partition, &to_pack, keep_ids, spool, self.observer)?;
+        clock.record(Stage::Distribute);
+        Ok(pieces)
+    }
+
+    /// Builds all pieces that are not in the pack yet.
+    fn build(
+        &self,
+        imported: &Imported,
+        pieces: &Pieces,
+        output: &mut Output,
+        job: &mut Job,
+    ) -> Result<(), ConvertError> {
+        let total = pieces.sources.iter().map(|piece| piece.triangles).sum();
+        let begun = output.piece_count();
+        let mut first_triangle = pieces.sources[..begun].iter().map(|piece| piece.triangles).sum();
+        let done = AtomicU64::new(first_triangle);
+        let finished = |triangles: usize| {
+            let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
+            self.observer.progress(Stage::Build, before + triangles as u64, total);
+        };
+        let context = piece::Context {
+            params: self.params,
+            output: self.output,
+            spool: &pieces.spool,
+            boxes: &pieces.tree.leaf_bounds(),
+            shines: &emitters::shining(&imported.scene),
+            id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
+        };
+        for first in (begun..pieces.sources.len()).step_by(self.plan.pieces_at_a_time) {
+            let end = (first + self.plan.pieces_at_a_time).min(pieces.sources.len());
+            let mut group = Vec::new();
+            for number in first..end {
+                group.push((number, first_triangle));
+                first_triangle += pieces.sources[number].triangles;
+            }
+            let built: Vec<_> = group
+                .into_par_iter()
+                .map(|(number, first)| {
+                    piece::build(&context, number, &pieces.sources[number], first, &finished)
+                })
+                .collect();
+            for piece in built {
+                output.add(piece?, job)?;
+            }
+            if self.observer.is_cancelled() {
+                return Err(ConvertError::Cancelled);
+            }
+        }
         Ok(())
     }
 
-    fn progress(&mut self, progress: raystrips_meshio::Progress) {
-        self.observer.progress(Stage::Import, progress.bytes_done, progress.bytes_total);
-    }
-}
-
-/// Times the stages.
-struct Clock<'a> {
-    observer: &'a dyn Observer,
-    begin: Instant,
-    seconds: Vec<(Stage, f64)>,
-}
-
-impl<'a> Clock<'a> {
-    fn new(observer: &'a dyn Observer) -> Clock<'a> {
-        Clock { observer, begin: Instant::now(), seconds: Vec::new() }
-    }
-
-    fn record(&mut self, stage: Stage) {
-        self.seconds.push((stage, self.begin.elapsed().as_secs_f64()));
-        self.begin = Instant::now();
-    }
-
-    /// Records a stage, after which the conversion can still be ended.
-    fn finish(&mut self, stage: Stage) -> Result<(), ConvertError> {
-        self.record(stage);
-        if self.observer.is_cancelled() { Err(ConvertError::Cancelled) } else { Ok(()) }
-    }
-
-    fn cancelled_or(&self, error: ImportError) -> ConvertError {
-        if self.observer.is_cancelled() { ConvertError::Cancelled } else { error.into() }
+    /// The manifest as far as it is known before the pages.
+    fn manifest(&self, imported: &Imported) -> Manifest {
+        let placement = offset::placement(&imported.bounds);
+        let mut scene = imported.scene.clone();
+        scene.translate(placement.offset.map(|x| -x));
+        Manifest {
+            generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
+            triangles: 0,
+            vertices: 0,
+            strips: 0,
+            clusters: 0,
+            pages: 0,
+            depth: 0,
+            page_size: self.params.page_size,
+            bounds_min: Vec3::ZERO.to_array(),
+            bounds_max: Vec3::ZERO.to_array(),
+            scene_offset: placement.offset,
+            position_error: 0.0,
+            id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
+            bytes: Default::default(),
+            dropped: imported.dropped,
+            scene,
+        }
     }
 }

@@ -5,10 +5,34 @@
 //! f32 input stays what it was, bit for bit.
 
 use raystrips_geom::grid::floor_log2;
-use raystrips_meshio::TriangleBatch;
+use serde::{Deserialize, Serialize};
 
 /// A scene is moved when its center is farther out than this many times its size: three bits of precision.
 const FAR: f64 = 8.0;
+
+/// The box of a scene as it was read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WorldBounds {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+impl WorldBounds {
+    pub const EMPTY: WorldBounds = WorldBounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    pub fn grow(&mut self, positions: &[[f64; 3]]) {
+        for p in positions {
+            for axis in 0..3 {
+                self.min[axis] = self.min[axis].min(p[axis]);
+                self.max[axis] = self.max[axis].max(p[axis]);
+            }
+        }
+    }
+    /// Least and greatest corner.
+    pub fn corners(&self) -> [[f64; 3]; 2] {
+        [self.min, self.max]
+    }
+}
 
 /// Where a scene is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,16 +43,9 @@ pub(crate) struct Placement {
     pub size: f64,
 }
 
-/// The placement of `batches`. The offset is on each axis zero, or a multiple of a power of two near the scene's
+/// The placement of a scene. The offset is on each axis zero, or a multiple of a power of two near the scene's
 /// size, so that subtracting it from an f32 is exact more often than not.
-pub(crate) fn placement(batches: &[TriangleBatch]) -> Placement {
-    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in batches.iter().flat_map(|b| &b.positions) {
-        for axis in 0..3 {
-            min[axis] = min[axis].min(p[axis]);
-            max[axis] = max[axis].max(p[axis]);
-        }
-    }
+pub(crate) fn placement(WorldBounds { min, max }: &WorldBounds) -> Placement {
     let size = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, f64::max);
     let offset = [0, 1, 2].map(|axis| {
         let center = (min[axis] + max[axis]) / 2.0;
@@ -46,16 +63,18 @@ pub(crate) fn placement(batches: &[TriangleBatch]) -> Placement {
 mod tests {
     use super::*;
 
-    fn offset_of(positions: Vec<[f64; 3]>) -> [f64; 3] {
-        placement(&[TriangleBatch { positions, ..Default::default() }]).offset
+    fn offset_of(positions: &[[f64; 3]]) -> [f64; 3] {
+        let mut bounds = WorldBounds::EMPTY;
+        bounds.grow(positions);
+        placement(&bounds).offset
     }
 
     #[test]
     fn only_far_scenes_move() {
-        assert_eq!(offset_of(vec![[-1.0, 0.0, 3.0], [2.0, 1.0, 4.0]]), [0.0; 3]);
-        let [x, y, z] = offset_of(vec![[5e6, 4e5, 0.0], [5e6 + 100.0, 4e5 + 90.0, 20.0]]);
+        assert_eq!(offset_of(&[[-1.0, 0.0, 3.0], [2.0, 1.0, 4.0]]), [0.0; 3]);
+        let [x, y, z] = offset_of(&[[5e6, 4e5, 0.0], [5e6 + 100.0, 4e5 + 90.0, 20.0]]);
         assert!((x - 5e6).abs() <= 128.0 && (y - 4e5).abs() <= 128.0 && z == 0.0, "{x} {y} {z}");
         assert_eq!(x % 128.0, 0.0);
-        assert_eq!(offset_of(vec![[7.0; 3]]), [0.0; 3]);
+        assert_eq!(offset_of(&[[7.0; 3]]), [0.0; 3]);
     }
 }

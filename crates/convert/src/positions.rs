@@ -7,9 +7,10 @@
 use crate::offset::Placement;
 use glam::{DVec3, Vec3};
 use raystrips_geom::grid::floor_log2;
+use serde::{Deserialize, Serialize};
 
 /// How positions are kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Positions {
     /// As the f32 that were given, or the nearest ones.
     #[default]
@@ -21,12 +22,10 @@ pub enum Positions {
     },
 }
 
-/// Brings positions to the pack and keeps account of how far that moves them.
+/// Brings positions to the pack.
 pub(crate) struct ToPack {
     offset: DVec3,
     step: Option<f64>,
-    /// Most by which a coordinate was moved.
-    pub error: f64,
 }
 
 impl ToPack {
@@ -38,19 +37,24 @@ impl ToPack {
             }
             _ => None,
         };
-        ToPack { offset: DVec3::from_array(placement.offset), step, error: 0.0 }
+        ToPack { offset: DVec3::from_array(placement.offset), step }
     }
 
     /// Position in the pack. Negative zero becomes zero: they are the same place.
-    pub fn place(&mut self, position: [f64; 3]) -> Vec3 {
-        let exact = DVec3::from_array(position) - self.offset;
+    #[inline]
+    pub fn place(&self, position: [f64; 3]) -> Vec3 {
+        let exact = self.moved(position);
         let snapped = self.step.map_or(exact, |step| (exact / step).round() * step);
-        let placed = snapped.as_vec3() + Vec3::ZERO;
-        let moved = (placed.as_dvec3() - exact).abs().max_element();
-        if moved > self.error {
-            self.error = moved;
-        }
-        placed
+        snapped.as_vec3() + Vec3::ZERO
+    }
+
+    /// Most by which a coordinate of `placed`, the place of `position`, is off.
+    pub fn error(&self, position: [f64; 3], placed: Vec3) -> f64 {
+        (placed.as_dvec3() - self.moved(position)).abs().max_element()
+    }
+
+    fn moved(&self, position: [f64; 3]) -> DVec3 {
+        DVec3::from_array(position) - self.offset
     }
 }
 
@@ -61,22 +65,25 @@ mod tests {
     #[test]
     fn the_offset_keeps_detail() {
         let placement = Placement { offset: [5_000_064.0, 0.0, 0.0], size: 128.0 };
-        let mut exact = ToPack::new(&placement, Positions::Exact);
-        assert_eq!(exact.place([5_000_000.125, 1.0, 0.0]), Vec3::new(-63.875, 1.0, 0.0));
-        assert_eq!(exact.error, 0.0);
+        let exact = ToPack::new(&placement, Positions::Exact);
+        let position = [5_000_000.125, 1.0, 0.0];
+        assert_eq!(exact.place(position), Vec3::new(-63.875, 1.0, 0.0));
+        assert_eq!(exact.error(position, exact.place(position)), 0.0);
     }
 
     #[test]
     fn a_grid_has_its_bits_and_says_its_error() {
         let placement = Placement { offset: [0.0; 3], size: 10.0 };
-        let mut grid = ToPack::new(&placement, Positions::Grid { bits: 16 });
+        let grid = ToPack::new(&placement, Positions::Grid { bits: 16 });
         let step = 2f64.powi(-12);
+        let mut greatest = 0.0f64;
         for i in 0..1000 {
             let x = f64::from(i) * 0.01;
-            let placed = f64::from(grid.place([x, 0.0, -x]).x);
-            assert_eq!((placed / step).fract(), 0.0);
-            assert!((placed - x).abs() <= grid.error && grid.error <= step / 2.0);
+            let placed = grid.place([x, 0.0, -x]);
+            assert_eq!((f64::from(placed.x) / step).fract(), 0.0);
+            greatest = greatest.max(grid.error([x, 0.0, -x], placed));
+            assert!((f64::from(placed.x) - x).abs() <= greatest && greatest <= step / 2.0);
         }
-        assert!(10.0 / step < 65536.0 && grid.error > 0.0);
+        assert!(10.0 / step < 65536.0 && greatest > 0.0);
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod aabb;
 pub mod grid;
+pub mod morton;
 pub mod ray;
 pub mod scene;
 pub mod strip;

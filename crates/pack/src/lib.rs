@@ -30,4 +30,4 @@ pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_page};
 pub use reader::Pack;
 pub use strip_record::{StripView, WindowHead};
 pub use vertices::VertexCode;
-pub use writer::{PackContents, PackWriter};
+pub use writer::{PackContents, PackWriter, PageRecord};

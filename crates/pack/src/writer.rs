@@ -1,58 +1,112 @@
 //! Writes a pack: pages as they come, then sections, then the footer. The file appears under its name whole or
-//! not at all.
+//! not at all; until then it has another name, under which an interrupted work can be taken up again.
 
 use crate::PackError;
 use crate::layout::*;
-use crate::manifest::Manifest;
+use crate::manifest::{ByteCounts, Manifest};
 use crate::page::builder::BuiltPage;
-use std::io::{BufWriter, Write};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions};
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
-/// What follows the pages.
+/// What follows the pages. Long lists are read where they are, not held.
 pub struct PackContents<'a> {
     /// Nodes above the pages; node 0 is the root.
     pub top_nodes: &'a [TopNode],
     /// Ways into pages.
     pub top_entries: &'a [TopEntry],
-    /// Emissive triangles.
-    pub emitters: &'a [Emitter],
+    /// Emissive triangles: an array of [`Emitter`].
+    pub emitters: &'a mut dyn Read,
     /// Original triangle ids in the order of the pack, [`Manifest::id_bytes`] each; empty if not kept.
-    pub triangle_ids: &'a [u8],
+    pub triangle_ids: &'a mut dyn Read,
 }
 
-/// Writes one pack. Dropped before [`PackWriter::finish`], it leaves nothing behind.
+/// A page without its bytes: what a writer must know of it to go on where another one ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PageRecord {
+    bytes: u32,
+    checksum: u32,
+    triangle_count: u32,
+    node_count: u32,
+    strip_count: u64,
+    cluster_count: u64,
+    counts: ByteCounts,
+}
+
+impl PageRecord {
+    /// The record of `page`.
+    pub fn of(page: &BuiltPage) -> PageRecord {
+        PageRecord {
+            bytes: page.bytes.len() as u32,
+            checksum: crc32c::crc32c(&page.bytes),
+            triangle_count: page.triangle_count,
+            node_count: page.node_count,
+            strip_count: page.strip_count,
+            cluster_count: page.cluster_count,
+            counts: page.counts,
+        }
+    }
+}
+
+/// Writes one pack. Dropped before [`PackWriter::finish`], it leaves the partial file behind.
 ///
 /// Memory: 32 bytes a page.
 pub struct PackWriter {
-    out: BufWriter<NamedTempFile>,
-    path: PathBuf,
+    out: BufWriter<File>,
+    partial: PathBuf,
     position: u64,
     directory: Vec<PageEntry>,
     totals: Manifest,
 }
 
 impl PackWriter {
-    /// Begins a pack that will be named `path`, in the folder of that name.
-    pub fn create(path: &Path, manifest: Manifest) -> Result<PackWriter, PackError> {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".raystrips-").suffix(".partial");
-        readable_as_usual(&mut builder);
-        let file = builder.tempfile_in(folder)?;
-        let mut writer = PackWriter {
+    /// Begins a pack in the file `partial`.
+    pub fn create(partial: &Path, manifest: Manifest) -> Result<PackWriter, PackError> {
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(partial)?;
+        let mut writer = PackWriter::new(file, partial, 0, manifest);
+        let header = FileHeader { magic: MAGIC, version: FORMAT_VERSION, reserved: 0 };
+        writer.write(bytemuck::bytes_of(&header))?;
+        Ok(writer)
+    }
+
+    /// Goes on with the pack in the file `partial` after its first pages, those of `pieces` in their order, as far as
+    /// they are whole: tells of how many pieces. What follows them is cut off.
+    pub fn reopen(
+        partial: &Path,
+        manifest: Manifest,
+        pieces: &[&[PageRecord]],
+    ) -> Result<(PackWriter, usize), PackError> {
+        let mut file = OpenOptions::new().read(true).write(true).open(partial)?;
+        let mut position = FILE_HEADER_BYTES as u64;
+        let mut whole = 0;
+        for piece in pieces {
+            match read_pages(&mut file, position, piece) {
+                Some(end) => position = end,
+                None => break,
+            }
+            whole += 1;
+        }
+        let mut writer = PackWriter::new(file, partial, FILE_HEADER_BYTES as u64, manifest);
+        for page in pieces[..whole].iter().copied().flatten() {
+            let padding = writer.position.next_multiple_of(ALIGNMENT) - writer.position;
+            writer.position += padding;
+            writer.account(page, padding)?;
+            writer.position += u64::from(page.bytes);
+        }
+        writer.out.get_mut().set_len(writer.position)?;
+        writer.out.seek(SeekFrom::End(0))?;
+        Ok((writer, whole))
+    }
+
+    fn new(file: File, partial: &Path, position: u64, manifest: Manifest) -> PackWriter {
+        PackWriter {
             out: BufWriter::with_capacity(1 << 20, file),
-            path: path.to_owned(),
-            position: 0,
+            partial: partial.to_owned(),
+            position,
             directory: Vec::new(),
             totals: manifest,
-        };
-        writer.write(bytemuck::bytes_of(&FileHeader {
-            magic: MAGIC,
-            version: FORMAT_VERSION,
-            reserved: 0,
-        }))?;
-        Ok(writer)
+        }
     }
 
     /// Number that the next page's first triangle will have.
@@ -60,23 +114,34 @@ impl PackWriter {
         self.totals.triangles
     }
 
-    /// Appends a page and gives its number.
-    pub fn page(&mut self, page: &BuiltPage) -> Result<PageId, PackError> {
-        if self.directory.len() as u64 >= MAX_PAGES {
+    /// Pages so far.
+    pub fn page_count(&self) -> u64 {
+        self.directory.len() as u64
+    }
+
+    /// Appends a page.
+    pub fn page(&mut self, page: &BuiltPage) -> Result<PageRecord, PackError> {
+        let record = PageRecord::of(page);
+        let padding = self.pad()?;
+        self.account(&record, padding)?;
+        self.write(&page.bytes)?;
+        Ok(record)
+    }
+
+    /// Enters the page at the present position into the directory and the totals.
+    fn account(&mut self, page: &PageRecord, padding: u64) -> Result<(), PackError> {
+        if self.page_count() >= MAX_PAGES {
             let what = "more pages than 29 bits can number; use a larger --page-size";
             return Err(PackError::TooLarge(what.into()));
         }
-        let id = self.directory.len() as PageId;
-        let padding = self.pad()?;
         self.directory.push(PageEntry {
             offset: self.position,
             first_triangle: self.totals.triangles,
-            bytes: page.bytes.len() as u32,
-            checksum: crc32c::crc32c(&page.bytes),
+            bytes: page.bytes,
+            checksum: page.checksum,
             triangle_count: page.triangle_count,
             node_count: page.node_count,
         });
-        self.write(&page.bytes)?;
         let totals = &mut self.totals;
         totals.triangles += u64::from(page.triangle_count);
         totals.strips += page.strip_count;
@@ -84,7 +149,12 @@ impl PackWriter {
         totals.pages += 1;
         totals.bytes.add(&page.counts);
         totals.bytes.page_overhead += padding + size_of::<PageEntry>() as u64;
-        Ok(id)
+        Ok(())
+    }
+
+    /// Hands what was written to the system, so that it outlives this process.
+    pub fn flush(&mut self) -> Result<(), PackError> {
+        Ok(self.out.flush()?)
     }
 
     /// The manifest as it will be written; counts of pages, triangles and bytes are kept by the writer.
@@ -92,26 +162,27 @@ impl PackWriter {
         &mut self.totals
     }
 
-    /// Writes the sections and gives the file its name. Gives the manifest and the length of the file.
+    /// Writes the sections and gives the file the name `path`, in the same file system as the partial one. Gives the
+    /// manifest and the length of the file.
     ///
     /// # Panics
     /// If the triangle ids are not as many as the triangles.
-    pub fn finish(mut self, contents: &PackContents) -> Result<(Manifest, u64), PackError> {
+    pub fn finish(mut self, path: &Path, contents: PackContents) -> Result<(Manifest, u64), PackError> {
         self.totals.bytes.nodes +=
             (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
-        self.totals.bytes.ids = contents.triangle_ids.len() as u64;
         let id_bytes = u64::from(self.totals.id_bytes);
-        assert_eq!(self.totals.bytes.ids, self.totals.triangles * id_bytes, "bytes of triangle ids");
+        self.totals.bytes.ids = self.totals.triangles * id_bytes;
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);
         let sections = [
             self.section(Section::Directory, bytemuck::cast_slice(&directory))?,
             self.section(Section::TopNodes, bytemuck::cast_slice(contents.top_nodes))?,
             self.section(Section::TopEntries, bytemuck::cast_slice(contents.top_entries))?,
-            self.section(Section::Emitters, bytemuck::cast_slice(contents.emitters))?,
+            self.section(Section::Emitters, contents.emitters)?,
             self.section(Section::TriangleIds, contents.triangle_ids)?,
-            self.section(Section::Manifest, &manifest)?,
+            self.section(Section::Manifest, manifest.as_slice())?,
         ];
+        assert_eq!(sections[4].bytes, self.totals.bytes.ids, "bytes of triangle ids");
         self.pad()?;
         let sections_offset = self.position;
         let table: &[u8] = bytemuck::cast_slice(&sections);
@@ -125,20 +196,24 @@ impl PackWriter {
         };
         self.write(bytemuck::bytes_of(&footer))?;
         let bytes = self.position;
-        publish(self.out, &self.path)?;
+        publish(self.out, &self.partial, path)?;
         Ok((self.totals, bytes))
     }
 
-    fn section(&mut self, kind: Section, bytes: &[u8]) -> Result<SectionEntry, PackError> {
+    fn section(&mut self, kind: Section, mut contents: impl Read) -> Result<SectionEntry, PackError> {
         self.pad()?;
         let offset = self.position;
-        self.write(bytes)?;
-        Ok(SectionEntry {
-            kind: kind as u32,
-            checksum: crc32c::crc32c(bytes),
-            offset,
-            bytes: bytes.len() as u64,
-        })
+        let mut checksum = 0;
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            let read = contents.read(&mut buffer)?;
+            if read == 0 {
+                break;
+            }
+            self.write(&buffer[..read])?;
+            checksum = crc32c::crc32c_append(checksum, &buffer[..read]);
+        }
+        Ok(SectionEntry { kind: kind as u32, checksum, offset, bytes: self.position - offset })
     }
 
     fn pad(&mut self) -> Result<u64, PackError> {
@@ -154,22 +229,29 @@ impl PackWriter {
     }
 }
 
-/// Brings everything to the disk, then gives the file its name, then brings that to the disk.
-fn publish(out: BufWriter<NamedTempFile>, path: &Path) -> Result<(), PackError> {
-    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    #[cfg(unix)]
-    std::fs::File::open(folder)?.sync_all()?;
-    Ok(())
+/// Reads `pages` from `position` on and gives where they end; `None` if they are not all there as they were.
+fn read_pages(file: &mut File, mut position: u64, pages: &[PageRecord]) -> Option<u64> {
+    let mut bytes = Vec::new();
+    for page in pages {
+        position = position.next_multiple_of(ALIGNMENT);
+        file.seek(SeekFrom::Start(position)).ok()?;
+        bytes.clear();
+        file.take(u64::from(page.bytes)).read_to_end(&mut bytes).ok()?;
+        if bytes.len() != page.bytes as usize || crc32c::crc32c(&bytes) != page.checksum {
+            return None;
+        }
+        position += u64::from(page.bytes);
+    }
+    Some(position)
 }
 
-/// A temporary file is for its owner alone; a pack is a file like any other, within what the user's umask lets.
-fn readable_as_usual(_builder: &mut tempfile::Builder) {
+/// Brings everything to the disk, then gives the file its name, then brings that to the disk.
+fn publish(out: BufWriter<File>, partial: &Path, path: &Path) -> Result<(), PackError> {
+    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    file.sync_all()?;
+    std::fs::rename(partial, path)?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        _builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
+    File::open(folder)?.sync_all()?;
+    Ok(())
 }

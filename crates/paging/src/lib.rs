@@ -5,10 +5,10 @@
 //! is mapped ends the process; the writer replaces packs by renaming, never in place.
 
 mod file_bytes;
-mod memory;
 
 use file_bytes::FileBytes;
 use rayon::prelude::*;
+use raystrips_extmem::spare_memory;
 use raystrips_pack::{Pack, PackError, PageId, PageView, check_page};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ impl PageTable {
     fn take_in(path: &Path) -> Result<PageTable, PackError> {
         let mut file = File::open(path)?;
         let pack = Pack::open(&mut file)?;
-        let bytes = FileBytes::of(&mut file, memory::spare_bytes())?;
+        let bytes = FileBytes::of(&mut file, spare_memory().unwrap_or(0))?;
         if bytes.bytes().len() as u64 != pack.file_bytes {
             return Err(PackError::Corrupt("the file changes while it is read".into()));
         }

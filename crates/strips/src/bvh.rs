@@ -91,6 +91,14 @@ impl Bvh {
         }
     }
 
+    /// Boxes of its leaves, from first to last.
+    pub fn leaf_bounds(&self) -> Vec<Aabb> {
+        match self {
+            Bvh::Leaf { bounds, .. } => vec![*bounds],
+            Bvh::Inner { children, .. } => children.iter().flat_map(Bvh::leaf_bounds).collect(),
+        }
+    }
+
     /// The same hierarchy with leaf number *i* holding item *i* alone.
     pub fn number_leaves(self) -> Bvh {
         self.graft(&mut |bounds, _| Bvh::Leaf { bounds, items: 0..1 })
@@ -137,35 +145,57 @@ struct Item {
 /// # Panics
 /// If there are no boxes or more than 2^32.
 pub fn build(bounds: &[Aabb], is_leaf: &(dyn Fn(&[u32]) -> bool + Sync)) -> Built {
+    build_weighted(bounds, &|_| 1, 1, is_leaf)
+}
+
+/// The same over boxes that stand for `weight` things each, with at least `least` of them on both sides of a split
+/// where that can be.
+///
+/// # Panics
+/// If there are no boxes or more than 2^32.
+pub fn build_weighted(
+    bounds: &[Aabb],
+    weight: &(impl Fn(u32) -> u64 + Sync),
+    least: u64,
+    is_leaf: &(dyn Fn(&[u32]) -> bool + Sync),
+) -> Built {
     assert!(!bounds.is_empty() && bounds.len() <= u32::MAX as usize, "{} boxes", bounds.len());
     let mut items: Vec<Item> = bounds.iter().zip(0..).map(|(&bounds, id)| Item { bounds, id }).collect();
     let mut order = vec![0; items.len()];
-    let tree = build_range(&mut items, &mut order, 0, 0, is_leaf);
+    let tree = build_range(&mut items, &mut order, 0, 0, &Splits { weight, least, is_leaf });
     Built { tree, order }
 }
 
+/// What decides on splits.
+struct Splits<'a, W> {
+    weight: &'a W,
+    /// Weight wanted on both sides.
+    least: u64,
+    is_leaf: &'a (dyn Fn(&[u32]) -> bool + Sync),
+}
+
 /// Builds over `items`, which are items `first..` of all, and writes their final order to `order`.
-fn build_range(
+fn build_range<W: Fn(u32) -> u64 + Sync>(
     items: &mut [Item],
     order: &mut [u32],
     first: usize,
     depth: usize,
-    is_leaf: &(dyn Fn(&[u32]) -> bool + Sync),
+    splits: &Splits<W>,
 ) -> Bvh {
     for (slot, item) in order.iter_mut().zip(items.iter()) {
         *slot = item.id;
     }
     let bounds = items.iter().fold(Aabb::EMPTY, |all, item| all.union(item.bounds));
-    if items.len() == 1 || is_leaf(order) {
+    if items.len() == 1 || (splits.is_leaf)(order) {
         return Bvh::Leaf { bounds, items: first..first + items.len() };
     }
-    let middle = if depth < MAX_SAH_DEPTH { partition_by_area(items) } else { None };
+    let middle = if depth < MAX_SAH_DEPTH { partition_by_area(items, splits) } else { None };
     let middle = middle.unwrap_or_else(|| partition_by_count(items));
     let parallel = items.len() >= PARALLEL_MIN;
     let (left, right) = items.split_at_mut(middle);
     let (left_order, right_order) = order.split_at_mut(middle);
-    let mut build_left = || build_range(left, left_order, first, depth + 1, is_leaf);
-    let mut build_right = || build_range(right, right_order, first + middle, depth + 1, is_leaf);
+    let mut build_left = || build_range(left, left_order, first, depth + 1, splits);
+    let mut build_right = || build_range(right, right_order, first + middle, depth + 1, splits);
     let (left, right) = if parallel { join(build_left, build_right) } else { (build_left(), build_right()) };
     Bvh::Inner { bounds, children: Box::new([left, right]) }
 }
@@ -174,18 +204,18 @@ fn build_range(
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Aabb,
-    count: usize,
+    weight: u64,
 }
 
-const EMPTY_BIN: Bin = Bin { bounds: Aabb::EMPTY, count: 0 };
+const EMPTY_BIN: Bin = Bin { bounds: Aabb::EMPTY, weight: 0 };
 
 impl Bin {
     fn merge(self, other: Bin) -> Bin {
-        Bin { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
+        Bin { bounds: self.bounds.union(other.bounds), weight: self.weight + other.weight }
     }
 
     fn cost(&self) -> f32 {
-        if self.count == 0 { 0.0 } else { self.bounds.half_area() * self.count as f32 }
+        if self.weight == 0 { 0.0 } else { self.bounds.half_area() * self.weight as f32 }
     }
 }
 
@@ -214,7 +244,7 @@ impl Binning {
 
 /// Splits where the surface area heuristic says, and gives the size of the left part. `None` if no plane
 /// between bins separates anything.
-fn partition_by_area(items: &mut [Item]) -> Option<usize> {
+fn partition_by_area<W: Fn(u32) -> u64>(items: &mut [Item], splits: &Splits<W>) -> Option<usize> {
     let centers = items.iter().fold(Aabb::EMPTY, |all, i| all.grow((i.bounds.min + i.bounds.max) * 0.5));
     let binnings: Vec<Binning> = (0..3).filter_map(|axis| Binning::new(&centers, axis)).collect();
     let mut bins = [[EMPTY_BIN; BINS]; 3];
@@ -222,20 +252,23 @@ fn partition_by_area(items: &mut [Item]) -> Option<usize> {
         for binning in &binnings {
             let bin = &mut bins[binning.axis][binning.bin(&item.bounds)];
             bin.bounds = bin.bounds.union(item.bounds);
-            bin.count += 1;
+            bin.weight += (splits.weight)(item.id);
         }
     }
-    let candidates = binnings.iter().filter_map(|b| {
-        let (cost, plane) = best_plane(&bins[b.axis])?;
-        Some((cost, plane, *b))
-    });
-    let (_, plane, binning) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let best = |least| {
+        let candidates = binnings.iter().filter_map(|b| {
+            let (cost, plane) = best_plane(&bins[b.axis], least)?;
+            Some((cost, plane, *b))
+        });
+        candidates.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (_, plane, binning) = best(splits.least).or_else(|| best(1))?;
     let middle = partition(items, |item| binning.bin(&item.bounds) < plane);
     (middle > 0 && middle < items.len()).then_some(middle)
 }
 
-/// The cheapest of the planes between bins: its cost and the first bin right of it.
-fn best_plane(bins: &[Bin; BINS]) -> Option<(f32, usize)> {
+/// The cheapest of the planes between bins that leave `least` on both sides: its cost and the first bin right of it.
+fn best_plane(bins: &[Bin; BINS], least: u64) -> Option<(f32, usize)> {
     let mut right = [EMPTY_BIN; BINS + 1];
     for i in (0..BINS).rev() {
         right[i] = right[i + 1].merge(bins[i]);
@@ -244,7 +277,7 @@ fn best_plane(bins: &[Bin; BINS]) -> Option<(f32, usize)> {
     let mut best: Option<(f32, usize)> = None;
     for plane in 1..BINS {
         left = left.merge(bins[plane - 1]);
-        if left.count == 0 || right[plane].count == 0 {
+        if left.weight < least || right[plane].weight < least {
             continue;
         }
         let cost = left.cost() + right[plane].cost();

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
 ///
-/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 13 bytes a
+/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 9 bytes a
 /// triangle, which are then rendered or queried.
 #[derive(Parser, Debug)]
 #[command(name = "raystrips", version, max_term_width = 100)]
@@ -60,6 +60,20 @@ pub struct ConvertOptions {
     /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
     #[arg(long)]
     pub drop_out_of_range: bool,
+
+    /// Memory that a conversion keeps to, like 512M or 4G; by default half of what is free.
+    ///
+    /// It bounds the whole process. What does not fit goes to scratch files. The pack is the same.
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    pub memory: Option<u64>,
+
+    /// Folder for scratch files; by default one beside the pack.
+    #[arg(long, value_name = "DIR")]
+    pub scratch: Option<PathBuf>,
+
+    /// Begin anew where an interrupted conversion could go on.
+    #[arg(long)]
+    pub restart: bool,
 }
 
 /// Flags of `convert`.

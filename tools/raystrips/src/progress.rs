@@ -1,22 +1,24 @@
 //! Progress bars, on a terminal only.
 
-use crate::interrupt;
-use crate::units::{bytes, grouped};
+use crate::units::{bytes, duration, grouped};
+use crate::{interrupt, process};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-use raystrips_convert::{Observer, Stage};
+use raystrips_convert::{Observer, Plan, Stage};
 use std::fmt::Write;
+use std::io::IsTerminal;
 use std::sync::Mutex;
 
 /// Shows how far a conversion has come, and ends it on an interrupt.
 pub struct ConvertProgress {
     bar: ProgressBar,
     stage: Mutex<Option<Stage>>,
+    tells_plan: bool,
 }
 
 impl ConvertProgress {
-    /// Shows nothing yet.
-    pub fn new() -> ConvertProgress {
-        ConvertProgress { bar: ProgressBar::no_length(), stage: Mutex::new(None) }
+    /// Shows nothing yet. The plan is told on a terminal, where it needs scratch files, and if `tells_plan`.
+    pub fn new(tells_plan: bool) -> ConvertProgress {
+        ConvertProgress { bar: ProgressBar::no_length(), stage: Mutex::new(None), tells_plan }
     }
 
     /// Takes the bar away.
@@ -26,6 +28,12 @@ impl ConvertProgress {
 }
 
 impl Observer for ConvertProgress {
+    fn planned(&self, plan: &Plan) {
+        if self.tells_plan || !plan.is_in_memory() || std::io::stderr().is_terminal() {
+            eprintln!("raystrips: plan: {}", described(plan));
+        }
+    }
+
     fn progress(&self, stage: Stage, done: u64, total: u64) {
         let mut current = self.stage.lock().unwrap_or_else(|e| e.into_inner());
         if *current != Some(stage) {
@@ -47,6 +55,29 @@ impl Observer for ConvertProgress {
     }
 }
 
+fn described(plan: &Plan) -> String {
+    let about = if plan.is_exact { "" } else { "about " };
+    let scratch = match plan.scratch_free {
+        _ if plan.is_in_memory() => "no scratch files".to_owned(),
+        Some(free) => format!(
+            "{} of scratch files in {} ({} free)",
+            bytes(plan.scratch_bytes),
+            plan.scratch.display(),
+            bytes(free)
+        ),
+        None => format!("{} of scratch files in {}", bytes(plan.scratch_bytes), plan.scratch.display()),
+    };
+    format!(
+        "import, partition, distribute, build; {about}{} triangles from {}; {} of memory, {} pieces at a time; {scratch}; \
+         about {}",
+        grouped(plan.triangles),
+        bytes(plan.input_bytes),
+        bytes(plan.memory),
+        plan.pieces_at_a_time,
+        duration(plan.seconds),
+    )
+}
+
 /// A bar for rendering, which counts samples.
 pub fn render_bar(samples: u64) -> ProgressBar {
     ProgressBar::new(samples).with_style(style(false)).with_prefix("render")
@@ -54,12 +85,15 @@ pub fn render_bar(samples: u64) -> ProgressBar {
 
 fn style(counts_bytes: bool) -> ProgressStyle {
     let number = move |n: u64| if counts_bytes { bytes(n) } else { grouped(n) };
-    let template = "{prefix:>8} {wide_bar} {done} of {all}, {rate}/s, {eta} left";
+    let template = "{prefix:>10} {wide_bar} {done} of {all}, {rate}/s, {eta} left, {memory} in memory";
     let style = ProgressStyle::with_template(template).expect("the template is well-formed");
     style
         .with_key("done", move |s: &ProgressState, w: &mut dyn Write| _ = write!(w, "{}", number(s.pos())))
         .with_key("all", move |s: &ProgressState, w: &mut dyn Write| {
             _ = write!(w, "{}", number(s.len().unwrap_or(0)))
+        })
+        .with_key("memory", |_: &ProgressState, w: &mut dyn Write| {
+            _ = write!(w, "{}", bytes(process::rss_bytes()))
         })
         .with_key("rate", move |s: &ProgressState, w: &mut dyn Write| {
             _ = write!(w, "{}", number(s.per_sec() as u64))

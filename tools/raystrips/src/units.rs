@@ -42,6 +42,16 @@ pub fn bytes(number: u64) -> String {
     format!("{value:.1} TiB")
 }
 
+/// `45 s`, `12 min`, `3 h 20 min`.
+pub fn duration(seconds: u64) -> String {
+    match seconds {
+        0 => "1 s".to_owned(),
+        1..=90 => format!("{seconds} s"),
+        91..=5400 => format!("{} min", (seconds + 30) / 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds % 3600 / 60),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +65,6 @@ mod tests {
         assert_eq!(grouped(1234567), "1,234,567");
         assert_eq!(grouped(12), "12");
         assert_eq!(bytes(1536), "1.5 KiB");
+        assert_eq!([duration(80), duration(200), duration(12_000)], ["80 s", "3 min", "3 h 20 min"]);
     }
 }

@@ -2,7 +2,7 @@
 
 mod contestant;
 mod hits;
-mod programs;
+pub mod programs;
 mod progress;
 mod report;
 mod rounds;

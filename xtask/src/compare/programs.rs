@@ -29,9 +29,7 @@ impl Programs {
         // Commands without a slash would be looked for elsewhere.
         let peers = std::path::absolute(&peers).with_context(|| peers.display().to_string())?;
         let peer = |name: &str| existing(peers.join(name), "build it with peers/setup.sh FOLDER");
-        let here = std::env::current_exe().context("the folder of this program is not known")?;
-        let ours = here.with_file_name(format!("raystrips{}", std::env::consts::EXE_SUFFIX));
-        let raystrips = existing(ours, "build it first: cargo build --release -p raystrips")?;
+        let raystrips = raystrips()?;
         let help = output(Command::new(&raystrips).args(["trace", "--help"]))?;
         Ok(Programs {
             embree_trace: peer("embree_trace")?,
@@ -40,6 +38,13 @@ impl Programs {
             has_packets: help.contains("--packets"),
         })
     }
+}
+
+/// Ours, beside the program that runs.
+pub fn raystrips() -> Result<PathBuf> {
+    let here = std::env::current_exe().context("the folder of this program is not known")?;
+    let ours = here.with_file_name(format!("raystrips{}", std::env::consts::EXE_SUFFIX));
+    existing(ours, "build it first: cargo build --release -p raystrips")
 }
 
 fn existing(path: PathBuf, cure: &str) -> Result<PathBuf> {

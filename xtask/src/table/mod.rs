@@ -4,8 +4,10 @@ mod basics;
 mod construction;
 mod contestants;
 mod hierarchy;
+mod massive;
 mod memory;
 mod models;
+mod scratch_watch;
 mod speed;
 
 use anyhow::{Result, bail};
@@ -25,9 +27,11 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "single" => speed::print(models, speed::Kind::Single)?,
         "packet" => speed::print(models, speed::Kind::Packet)?,
         "construction" => construction::print(models)?,
+        "massive" => massive::print(models)?,
         _ => bail!(
             "usage: cargo xtask table basics MODEL...\n       \
-             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]"
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}",
+            massive::USAGE
         ),
     }
     Ok(ExitCode::SUCCESS)

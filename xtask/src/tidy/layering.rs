@@ -8,11 +8,12 @@ use std::collections::BTreeSet;
 /// a decision: it belongs here first.
 const ARROWS: &[(&str, &[&str])] = &[
     ("geom", &[]),
+    ("extmem", &[]),
     ("meshio", &["geom"]),
     ("strips", &["geom"]),
     ("pack", &["geom"]),
-    ("convert", &["geom", "meshio", "strips", "pack"]),
-    ("paging", &["pack"]),
+    ("convert", &["geom", "extmem", "meshio", "strips", "pack"]),
+    ("paging", &["extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
     ("render", &["geom", "tracer"]),
 ];

@@ -17,7 +17,7 @@ use std::path::Path;
 /// Writes the sample pack, with `alter` done to its manifest, to `path`. Gives its pages as they were built and
 /// its manifest.
 pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<BuiltPage>, Manifest) {
-    let mut writer = PackWriter::create(path, manifest()).unwrap();
+    let mut writer = PackWriter::create(&path.with_extension("partial"), manifest()).unwrap();
     let first = first_page();
     writer.page(&first).unwrap();
     let second = second_page(writer.next_triangle());
@@ -26,13 +26,14 @@ pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<Buil
         (0..writer.next_triangle() as u32).flat_map(|i| (i * 4 + i % 3).to_le_bytes()).collect();
     let (top_nodes, top_entries) = top();
     alter(writer.manifest_mut());
+    let emitter = Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 };
     let contents = PackContents {
         top_nodes: &top_nodes,
         top_entries: &top_entries,
-        emitters: &[Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 }],
-        triangle_ids: &ids,
+        emitters: &mut bytemuck::bytes_of(&emitter),
+        triangle_ids: &mut ids.as_slice(),
     };
-    let (manifest, _) = writer.finish(&contents).unwrap();
+    let (manifest, _) = writer.finish(path, contents).unwrap();
     (vec![first, second], manifest)
 }
 

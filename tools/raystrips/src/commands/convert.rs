@@ -51,9 +51,12 @@ pub fn convert_with(
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
         positions: options.positions,
         keep_ids: options.keep_ids,
-        import: ImportOptions { drop_out_of_range: options.drop_out_of_range },
+        import: ImportOptions { drop_out_of_range: options.drop_out_of_range, ..ImportOptions::default() },
+        memory: options.memory,
+        scratch: options.scratch.clone(),
+        restart: options.restart,
     };
-    let progress = ConvertProgress::new();
+    let progress = ConvertProgress::new(options.memory.is_some());
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
     let result = pool.install(|| convert(inputs, output, &params, &progress));

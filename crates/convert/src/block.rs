@@ -1,0 +1,224 @@
+//! Triangles as bytes in scratch files: some thousand of one geometry at a time, with the vertices they name.
+//!
+//! A block is a head, then positions, then corners as places in them, then, where ids are kept, the place of each
+//! triangle in the batch that it came from. Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a
+//! triangle where neighbors in the mesh are neighbors in the file.
+
+use bytemuck::{Pod, Zeroable, pod_read_unaligned};
+use glam::Vec3;
+use raystrips_meshio::TriangleBatch;
+use std::io;
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Head {
+    first_id: u64,
+    geometry: u32,
+    vertex_count: u32,
+    triangle_count: u32,
+    flags: u32,
+    /// CRC-32C of what follows the head.
+    checksum: u32,
+    reserved: u32,
+}
+
+/// Positions are f64, not f32.
+const WIDE_POSITIONS: u32 = 1;
+/// Corners are u32, not u16.
+const WIDE_CORNERS: u32 = 2;
+/// There are places in the batch.
+const PLACES: u32 = 4;
+
+/// A block that is read.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a> {
+    head: Head,
+    positions: &'a [u8],
+    corners: &'a [u8],
+    places: &'a [u8],
+}
+
+/// A batch of the import; positions are f32 where that loses nothing.
+pub(crate) fn of_batch(batch: &TriangleBatch) -> Vec<u8> {
+    let is_f32 = |&x: &f64| f64::from(x as f32) == x;
+    let narrow = batch.positions.iter().flatten().all(is_f32);
+    let mut writer = Writer::new(batch.geometry, batch.first_triangle_id, batch.triangles.len());
+    if narrow {
+        writer.positions(batch.positions.iter().map(|p| p.map(|x| x as f32)), 0);
+    } else {
+        writer.positions(batch.positions.iter().copied(), WIDE_POSITIONS);
+    }
+    writer.corners(&batch.triangles);
+    writer.finish()
+}
+
+/// Triangles on their way to a piece. `places` are theirs in the batch that began with `first_id`; empty if ids are
+/// not kept.
+pub(crate) fn of_triangles(
+    geometry: u32,
+    first_id: u64,
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    places: &[u16],
+) -> Vec<u8> {
+    let mut writer = Writer::new(geometry, first_id, triangles.len());
+    writer.positions(positions.iter().map(|p| p.to_array()), 0);
+    writer.corners(triangles);
+    if !places.is_empty() {
+        writer.head.flags |= PLACES;
+        writer.bytes.extend_from_slice(bytemuck::cast_slice(places));
+    }
+    writer.finish()
+}
+
+struct Writer {
+    head: Head,
+    bytes: Vec<u8>,
+}
+
+impl Writer {
+    fn new(geometry: u32, first_id: u64, triangle_count: usize) -> Writer {
+        let head = Head { first_id, geometry, triangle_count: triangle_count as u32, ..Head::zeroed() };
+        Writer { head, bytes: vec![0; size_of::<Head>()] }
+    }
+
+    fn positions<T: Pod>(&mut self, positions: impl ExactSizeIterator<Item = T>, flags: u32) {
+        self.head.vertex_count = positions.len() as u32;
+        self.head.flags |= flags;
+        self.bytes.reserve(positions.len() * size_of::<T>());
+        positions.for_each(|p| self.bytes.extend_from_slice(bytemuck::bytes_of(&p)));
+    }
+
+    fn corners(&mut self, triangles: &[[u32; 3]]) {
+        if self.head.vertex_count <= 1 << 16 {
+            self.bytes.reserve(triangles.len() * size_of::<[u16; 3]>());
+            for triangle in triangles {
+                self.bytes.extend_from_slice(bytemuck::bytes_of(&triangle.map(|v| v as u16)));
+            }
+        } else {
+            self.head.flags |= WIDE_CORNERS;
+            self.bytes.extend_from_slice(bytemuck::cast_slice(triangles));
+        }
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        self.head.checksum = crc32c::crc32c(&self.bytes[size_of::<Head>()..]);
+        self.bytes[..size_of::<Head>()].copy_from_slice(bytemuck::bytes_of(&self.head));
+        self.bytes
+    }
+}
+
+impl<'a> Block<'a> {
+    /// All blocks in `bytes`, one after the other.
+    pub fn all(mut bytes: &'a [u8]) -> impl Iterator<Item = io::Result<Block<'a>>> {
+        std::iter::from_fn(move || {
+            if bytes.is_empty() {
+                return None;
+            }
+            let Some((block, rest)) = Block::split(bytes) else {
+                bytes = &[];
+                let what = "a scratch file is damaged; try again with --restart, and another --scratch";
+                return Some(Err(io::Error::new(io::ErrorKind::InvalidData, what)));
+            };
+            bytes = rest;
+            Some(Ok(block))
+        })
+    }
+
+    fn split(bytes: &'a [u8]) -> Option<(Block<'a>, &'a [u8])> {
+        let (head, body) = bytes.split_first_chunk::<{ size_of::<Head>() }>()?;
+        let head: Head = pod_read_unaligned(head);
+        let has = |flag| head.flags & flag != 0;
+        let position_bytes = if has(WIDE_POSITIONS) { 24 } else { 12 };
+        let corner_bytes = if has(WIDE_CORNERS) { 12 } else { 6 };
+        let triangles = head.triangle_count as usize;
+        let (positions, rest) = body.split_at_checked(head.vertex_count as usize * position_bytes)?;
+        let (corners, rest) = rest.split_at_checked(triangles * corner_bytes)?;
+        let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * triangles } else { 0 })?;
+        let whole = crc32c::crc32c(&body[..body.len() - rest.len()]) == head.checksum;
+        whole.then_some((Block { head, positions, corners, places }, rest))
+    }
+
+    /// Geometry of all its triangles.
+    pub fn geometry(&self) -> u32 {
+        self.head.geometry
+    }
+
+    /// Number of the first triangle of the batch that it came from.
+    pub fn first_id(&self) -> u64 {
+        self.head.first_id
+    }
+
+    pub fn triangle_count(&self) -> usize {
+        self.head.triangle_count as usize
+    }
+
+    pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> + 'a {
+        let wide = self.head.flags & WIDE_POSITIONS != 0;
+        self.positions.chunks_exact(if wide { 24 } else { 12 }).map(move |bytes| {
+            if wide {
+                pod_read_unaligned(bytes)
+            } else {
+                pod_read_unaligned::<[f32; 3]>(bytes).map(f64::from)
+            }
+        })
+    }
+
+    /// Corners of the triangles as places among the positions.
+    pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + 'a {
+        let wide = self.head.flags & WIDE_CORNERS != 0;
+        self.corners.chunks_exact(if wide { 12 } else { 6 }).map(move |bytes| {
+            if wide {
+                pod_read_unaligned(bytes)
+            } else {
+                pod_read_unaligned::<[u16; 3]>(bytes).map(u32::from)
+            }
+        })
+    }
+
+    /// Number in the input of each triangle; none if ids are not kept.
+    pub fn ids(&self) -> impl Iterator<Item = u64> + 'a {
+        let first = self.head.first_id;
+        self.places.chunks_exact(2).map(move |bytes| first + u64::from(pod_read_unaligned::<u16>(bytes)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_come_back() {
+        let mut batch = TriangleBatch {
+            geometry: 7,
+            positions: (0..70_000).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
+            triangles: vec![[0, 1, 2], [69_999, 5, 1]],
+            first_triangle_id: 1 << 40,
+        };
+        let mut bytes = of_batch(&batch);
+        batch.positions[3][0] = 0.1;
+        batch.positions.truncate(9);
+        batch.triangles.truncate(1);
+        bytes.extend(of_batch(&batch));
+        bytes.extend(of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]));
+        let blocks: Vec<Block> = Block::all(&bytes).map(|b| b.unwrap()).collect();
+        assert_eq!(blocks.len(), 3);
+        assert_eq!(blocks[0].positions().nth(69_999), Some([69_999.0, 0.5, -1.0]));
+        assert_eq!(blocks[0].triangles().collect::<Vec<_>>(), [[0, 1, 2], [69_999, 5, 1]]);
+        assert_eq!(blocks[1].positions().nth(3), Some([0.1, 0.5, -1.0]));
+        assert_eq!((blocks[1].geometry(), blocks[1].first_id(), blocks[1].ids().next()), (7, 1 << 40, None));
+        assert_eq!(blocks[2].ids().collect::<Vec<_>>(), [14]);
+        assert_eq!(blocks[2].triangles().next(), Some([2, 1, 0]));
+    }
+
+    #[test]
+    fn damage_is_found() {
+        let bytes = of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]);
+        for at in size_of::<Head>()..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 1;
+            assert!(Block::all(&damaged).next().unwrap().is_err());
+            assert!(Block::all(&bytes[..at]).next().unwrap().is_err());
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What was imported, as blocks in a spool, gone through as often as need be.
+
+use crate::block::Block;
+use crate::{ConvertError, Observer, Stage};
+use rayon::prelude::*;
+use raystrips_extmem::{Extent, Spool};
+use std::io;
+
+/// Blocks in the order of the import.
+pub(crate) struct Blocks {
+    pub spool: Spool,
+    /// Where each block is.
+    pub extents: Vec<Extent>,
+    /// Triangles in them.
+    pub triangles: u64,
+    /// Blocks worked on at a time.
+    pub at_a_time: usize,
+}
+
+impl Blocks {
+    /// Calls `work` with every block, on all threads, and `take` with what comes of it, in order.
+    pub fn for_each<T: Send>(
+        &self,
+        stage: Stage,
+        observer: &dyn Observer,
+        work: impl Fn(Block) -> T + Sync,
+        mut take: impl FnMut(T) -> Result<(), ConvertError>,
+    ) -> Result<(), ConvertError> {
+        let mut done = 0;
+        for group in self.extents.chunks(self.at_a_time) {
+            if observer.is_cancelled() {
+                return Err(ConvertError::Cancelled);
+            }
+            let results: Vec<io::Result<(usize, T)>> = group
+                .par_iter()
+                .map(|&extent| {
+                    let bytes = self.spool.read(extent)?;
+                    let block = Block::all(&bytes).next().expect("no block is empty")?;
+                    Ok((block.triangle_count(), work(block)))
+                })
+                .collect();
+            for result in results {
+                let (triangles, result) = result.map_err(ConvertError::Scratch)?;
+                done += triangles as u64;
+                take(result)?;
+            }
+            observer.progress(stage, done, self.triangles);
+        }
+        Ok(())
+    }
+}

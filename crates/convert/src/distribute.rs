@@ -1,0 +1,182 @@
+//! Brings every triangle to the scratch file in which its piece is gathered.
+//!
+//! Within a piece triangles keep the order of the input, so that what is built of them depends on nothing else.
+
+use crate::block::{self, Block};
+use crate::blocks::Blocks;
+use crate::mesh::has_area;
+use crate::partition::{PIECE_TRIANGLES, Partition};
+use crate::positions::ToPack;
+use crate::{ConvertError, Observer, Stage};
+use glam::Vec3;
+use raystrips_extmem::{Extent, Spool};
+use raystrips_geom::Aabb;
+use raystrips_strips::Bvh;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Bytes that wait to be written, over all pieces.
+const BUFFER_BYTES: usize = 32 << 20;
+
+/// Where a piece is gathered.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct PieceSource {
+    pub triangles: u64,
+    /// Offset and bytes of its parts in the spool, in order.
+    parts: Vec<(u64, u64)>,
+}
+
+impl PieceSource {
+    pub fn parts(&self) -> impl Iterator<Item = Extent> {
+        self.parts.iter().map(|&(offset, bytes)| Extent { offset, bytes })
+    }
+}
+
+/// All pieces, with the hierarchy over them: leaf i is piece i.
+pub(crate) struct Pieces {
+    pub tree: Bvh,
+    pub sources: Vec<PieceSource>,
+    pub spool: Spool,
+    /// Triangles left out for want of an area.
+    pub degenerate: u64,
+    /// Most by which a coordinate is moved.
+    pub position_error: f64,
+}
+
+/// Distributes `blocks` over the pieces of `partition`, into `spool`.
+pub(crate) fn distribute(
+    blocks: &Blocks,
+    partition: &Partition,
+    to_pack: &ToPack,
+    keep_ids: bool,
+    spool: Spool,
+    observer: &dyn Observer,
+) -> Result<Pieces, ConvertError> {
+    let leaves = partition.tree.leaves().len();
+    let mut out =
+        Gatherer { leaves: (0..leaves).map(|_| vec![Gathered::default()]).collect(), buffered: 0, spool };
+    let work = |block: Block| split(&block, partition, to_pack, keep_ids);
+    blocks.for_each(Stage::Distribute, observer, work, |parts| {
+        parts.into_iter().try_for_each(|part| out.add(part)).map_err(ConvertError::Scratch)
+    })?;
+    out.flush().map_err(ConvertError::Scratch)?;
+    let counts: Vec<usize> = out.leaves.iter().map(Vec::len).collect();
+    let mut counts = counts.into_iter();
+    let mut row = |bounds, _| row_of_leaves(bounds, 0..counts.next().expect("a count for each leaf"));
+    Ok(Pieces {
+        tree: partition.tree.clone().graft(&mut row),
+        sources: out.leaves.into_iter().flatten().map(|gathered| gathered.source).collect(),
+        spool: out.spool,
+        degenerate: partition.degenerate,
+        position_error: partition.position_error,
+    })
+}
+
+/// A balanced tree whose leaves cannot be told apart by space.
+fn row_of_leaves(bounds: Aabb, items: Range<usize>) -> Bvh {
+    if items.len() <= 1 {
+        return Bvh::Leaf { bounds, items };
+    }
+    let middle = items.start + items.len() / 2;
+    let children = [row_of_leaves(bounds, items.start..middle), row_of_leaves(bounds, middle..items.end)];
+    Bvh::Inner { bounds, children: Box::new(children) }
+}
+
+/// Triangles of one block that go to one leaf.
+struct Part {
+    leaf: u32,
+    triangles: u64,
+    bytes: Vec<u8>,
+}
+
+/// The parts of a block, in the order of their leaves.
+fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keep_ids: bool) -> Vec<Part> {
+    let positions: Vec<Vec3> = block.positions().map(|p| to_pack.place(p)).collect();
+    let triangles: Vec<[u32; 3]> = block.triangles().collect();
+    let mut places: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
+    for (triangle, place) in triangles.iter().zip(0..) {
+        let corners = triangle.map(|v| positions[v as usize]);
+        if has_area(corners) {
+            places.push((partition.leaf(&Aabb::of_points(corners)), place));
+        }
+    }
+    places.sort_unstable();
+    let mut renumbered = Renumbered::new(&positions);
+    let parts = places.chunk_by(|a, b| a.0 == b.0).map(|group| {
+        renumbered.clear();
+        let corners: Vec<[u32; 3]> =
+            group.iter().map(|&(_, place)| triangles[place as usize].map(|v| renumbered.number(v))).collect();
+        // A batch has at most 2^16 triangles.
+        let kept: Vec<u16> = group.iter().filter(|_| keep_ids).map(|&(_, place)| place as u16).collect();
+        let bytes =
+            block::of_triangles(block.geometry(), block.first_id(), &renumbered.used, &corners, &kept);
+        Part { leaf: group[0].0, triangles: group.len() as u64, bytes }
+    });
+    parts.collect()
+}
+
+/// Numbers the vertices that a part uses, from 0 on.
+struct Renumbered<'a> {
+    positions: &'a [Vec3],
+    /// For each vertex of the block the part that used it last, and its number there.
+    numbers: Vec<(u32, u32)>,
+    part: u32,
+    used: Vec<Vec3>,
+}
+
+impl<'a> Renumbered<'a> {
+    fn new(positions: &'a [Vec3]) -> Renumbered<'a> {
+        Renumbered { positions, numbers: vec![(0, 0); positions.len()], part: 0, used: Vec::new() }
+    }
+
+    fn clear(&mut self) {
+        self.part += 1;
+        self.used.clear();
+    }
+
+    fn number(&mut self, vertex: u32) -> u32 {
+        let entry = &mut self.numbers[vertex as usize];
+        if entry.0 != self.part {
+            *entry = (self.part, self.used.len() as u32);
+            self.used.push(self.positions[vertex as usize]);
+        }
+        entry.1
+    }
+}
+
+/// A piece on its way to the spool.
+#[derive(Default)]
+struct Gathered {
+    source: PieceSource,
+    buffer: Vec<u8>,
+}
+
+struct Gatherer {
+    /// For each leaf its pieces: more than one only where space cannot tell triangles apart.
+    leaves: Vec<Vec<Gathered>>,
+    buffered: usize,
+    spool: Spool,
+}
+
+impl Gatherer {
+    fn add(&mut self, part: Part) -> std::io::Result<()> {
+        let pieces = &mut self.leaves[part.leaf as usize];
+        if pieces.last().is_some_and(|last| last.source.triangles + part.triangles > PIECE_TRIANGLES) {
+            pieces.push(Gathered::default());
+        }
+        let piece = pieces.last_mut().expect("a leaf has a piece");
+        piece.source.triangles += part.triangles;
+        self.buffered += part.bytes.len();
+        piece.buffer.extend(part.bytes);
+        if self.buffered > BUFFER_BYTES { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        for piece in self.leaves.iter_mut().flatten().filter(|piece| !piece.buffer.is_empty()) {
+            let extent = self.spool.append(std::mem::take(&mut piece.buffer))?;
+            piece.source.parts.push((extent.offset, extent.bytes));
+        }
+        self.buffered = 0;
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! Which triangle goes to which piece: the top of the hierarchy, by the surface area heuristic over cells of space in
+//! which triangles are counted.
+//!
+//! Pieces do not depend on threads or memory, so neither does the pack. To sort triangles along a space-filling curve
+//! and cut the order into pieces would need no counting, but boxes of such pieces overlap more.
+
+use crate::block::Block;
+use crate::blocks::Blocks;
+use crate::cells::{Cells, KeyGrid, LeafCell, Tally};
+use crate::hash::FastMap;
+use crate::mesh::has_area;
+use crate::positions::ToPack;
+use crate::{ConvertError, Observer, Stage};
+use raystrips_geom::Aabb;
+use raystrips_strips::{Bvh, bvh};
+
+/// Most triangles of a piece, as long as space can tell them apart: what a thread builds at a time.
+pub(crate) const PIECE_TRIANGLES: u64 = 1 << 18;
+/// Fewer triangles make a piece only where the heuristic finds no other way: every piece ends a page.
+const LEAST_TRIANGLES: u64 = PIECE_TRIANGLES / 16;
+
+/// What a look at all triangles tells.
+pub(crate) struct Partition {
+    pub grid: KeyGrid,
+    cells: Cells,
+    /// Leaf of `tree` for each cell.
+    leaf_of_cell: Vec<u32>,
+    /// Leaves are numbered from 0.
+    pub tree: Bvh,
+    /// Triangles left out for want of an area.
+    pub degenerate: u64,
+    /// Most by which a coordinate is moved.
+    pub position_error: f64,
+}
+
+impl Partition {
+    /// The leaf that a triangle with this box belongs to.
+    #[inline]
+    pub fn leaf(&self, bounds: &Aabb) -> u32 {
+        self.leaf_of_cell[self.cells.leaf(self.grid.key(bounds)) as usize]
+    }
+}
+
+/// Counts all triangles of `blocks`, which lie in `bounds`, and divides them. `None` if none has an area.
+pub(crate) fn partition(
+    blocks: &Blocks,
+    bounds: Aabb,
+    to_pack: &ToPack,
+    observer: &dyn Observer,
+) -> Result<Option<Partition>, ConvertError> {
+    let grid = KeyGrid::new(bounds);
+    let mut cells = Cells::new();
+    let (degenerate, position_error) = loop {
+        let mut level: FastMap<u64, Tally> = FastMap::default();
+        let (mut degenerate, mut position_error) = (0, 0f64);
+        let count = |block: Block| count(&block, &grid, &cells, to_pack);
+        blocks.for_each(Stage::Partition, observer, count, |counted| {
+            degenerate += counted.degenerate;
+            position_error = position_error.max(counted.position_error);
+            for (cell, tally) in &counted.cells {
+                level.entry(*cell).or_insert(Tally::NONE).add(tally);
+            }
+            Ok(())
+        })?;
+        if !cells.add_level(level, PIECE_TRIANGLES) {
+            break (degenerate, position_error);
+        }
+    };
+    let leaf_cells = cells.number();
+    if leaf_cells.is_empty() {
+        return Ok(None);
+    }
+    let (tree, leaf_of_cell) = divide(&leaf_cells);
+    Ok(Some(Partition { grid, cells, leaf_of_cell, tree, degenerate, position_error }))
+}
+
+/// What one block adds.
+struct Counted {
+    cells: FastMap<u64, Tally>,
+    degenerate: u64,
+    position_error: f64,
+}
+
+fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack) -> Counted {
+    let mut counted = Counted { cells: FastMap::default(), degenerate: 0, position_error: 0.0 };
+    let mut positions = Vec::new();
+    for position in block.positions() {
+        let placed = to_pack.place(position);
+        counted.position_error = counted.position_error.max(to_pack.error(position, placed));
+        positions.push(placed);
+    }
+    // Neighbors in the file are mostly in the same cell.
+    let mut last = (None, Tally::NONE);
+    for triangle in block.triangles() {
+        let corners = triangle.map(|v| positions[v as usize]);
+        if !has_area(corners) {
+            counted.degenerate += 1;
+            continue;
+        }
+        let bounds = Aabb::of_points(corners);
+        let cell = cells.to_count(grid.key(&bounds));
+        if cell != last.0 {
+            counted.add(&last);
+            last = (cell, Tally::NONE);
+        }
+        last.1.add(&Tally { count: 1, bounds });
+    }
+    counted.add(&last);
+    counted
+}
+
+impl Counted {
+    fn add(&mut self, (cell, tally): &(Option<u64>, Tally)) {
+        if let Some(cell) = cell {
+            self.cells.entry(*cell).or_insert(Tally::NONE).add(tally);
+        }
+    }
+}
+
+/// A hierarchy over cells with numbered leaves, each at most a piece or a single cell, and the leaf of each cell.
+fn divide(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
+    let mut leaf_of_cell = vec![0; cells.len()];
+    let mut next = 0;
+    let mut trees = [false, true].into_iter().filter_map(|outsized| {
+        let members: Vec<u32> =
+            (0..cells.len() as u32).filter(|&i| cells[i as usize].is_outsized == outsized).collect();
+        let tally = |i: u32| &cells[members[i as usize] as usize].tally;
+        let bounds: Vec<Aabb> = (0..members.len() as u32).map(|i| tally(i).bounds).collect();
+        if bounds.is_empty() {
+            return None;
+        }
+        let weight = |i| tally(i).count;
+        let is_leaf = |group: &[u32]| group.iter().map(|&i| weight(i)).sum::<u64>() <= PIECE_TRIANGLES;
+        let built = bvh::build_weighted(&bounds, &weight, LEAST_TRIANGLES, &is_leaf);
+        for leaf in built.tree.leaves() {
+            for &i in &built.order[leaf] {
+                leaf_of_cell[members[i as usize] as usize] = next;
+            }
+            next += 1;
+        }
+        Some(built.tree)
+    });
+    let tree = match (trees.next(), trees.next()) {
+        (Some(a), Some(b)) => Bvh::Inner { bounds: a.bounds().union(b.bounds()), children: Box::new([a, b]) },
+        (a, b) => a.or(b).expect("there are cells"),
+    };
+    drop(trees);
+    (tree.number_leaves(), leaf_of_cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn pieces_are_neither_too_large_nor_too_small() {
+        // A plate of cells with few triangles each, and one long triangle across all.
+        let cell = |x: u32, y: u32| {
+            let min = Vec3::new(x as f32, y as f32, 0.0);
+            let bounds = Aabb { min, max: min + Vec3::new(1.0, 1.0, 0.1) };
+            LeafCell { tally: Tally { count: u64::from(500 + x * 10), bounds }, is_outsized: false }
+        };
+        let mut cells: Vec<LeafCell> = (0..64).flat_map(|x| (0..64).map(move |y| cell(x, y))).collect();
+        let all = cells.iter().fold(Aabb::EMPTY, |all, c| all.union(c.tally.bounds));
+        cells.push(LeafCell { tally: Tally { count: 1, bounds: all }, is_outsized: true });
+        let (tree, leaf_of_cell) = divide(&cells);
+        let leaves = tree.leaves().len();
+        let mut counts = vec![0; leaves];
+        for (cell, &leaf) in cells.iter().zip(&leaf_of_cell) {
+            counts[leaf as usize] += cell.tally.count;
+        }
+        assert_eq!(counts.pop(), Some(1));
+        assert!(counts.len() > 10 && counts.iter().all(|c| (LEAST_TRIANGLES..=PIECE_TRIANGLES).contains(c)));
+    }
+}

@@ -1,0 +1,64 @@
+//! One piece, from the scratch file to pages.
+
+use crate::assemble::{Assembled, assemble};
+use crate::borders::{self, Position};
+use crate::distribute::PieceSource;
+use crate::emitters::emitters;
+use crate::mesh::{Welded, encode_ids};
+use crate::{ConvertError, ConvertParams};
+use raystrips_extmem::Spool;
+use raystrips_geom::Aabb;
+use raystrips_pack::Emitter;
+use std::path::Path;
+
+/// What is the same for all pieces.
+pub(crate) struct Context<'a> {
+    pub params: &'a ConvertParams,
+    /// The pack.
+    pub output: &'a Path,
+    pub spool: &'a Spool,
+    /// Box of each piece.
+    pub boxes: &'a [Aabb],
+    /// For each geometry whether it shines.
+    pub shines: &'a [bool],
+    /// Bytes of a stored id; 0 if none are kept.
+    pub id_bytes: u8,
+}
+
+/// A piece that can be written.
+pub(crate) struct BuiltPiece {
+    pub assembled: Assembled,
+    pub emitters: Vec<Emitter>,
+    /// As stored.
+    pub ids: Vec<u8>,
+    /// Vertices that other pieces may have too.
+    pub shared_vertices: Vec<Position>,
+    /// Vertices that no other piece has.
+    pub own_vertices: u64,
+}
+
+/// Builds piece `number`, whose triangles are numbered from `first_triangle` on. `finished` is told how many more
+/// triangles are in strips.
+pub(crate) fn build(
+    context: &Context,
+    number: usize,
+    source: &PieceSource,
+    first_triangle: u64,
+    finished: &(dyn Fn(usize) + Sync),
+) -> Result<BuiltPiece, ConvertError> {
+    let mut welded = Welded::with_capacity(source.triangles as usize);
+    for part in source.parts() {
+        let bytes = context.spool.read(part).map_err(ConvertError::Scratch)?;
+        welded.add(&bytes).map_err(ConvertError::Scratch)?;
+    }
+    let Welded { mesh, ids, .. } = welded.finish();
+    let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(context.boxes, number));
+    let emitters = emitters(context.shines, &mesh);
+    let built = raystrips_strips::build(&mesh, &context.params.strips, finished);
+    let ids = if context.id_bytes > 0 { encode_ids(&built, &ids, context.id_bytes) } else { Vec::new() };
+    let own_vertices = (mesh.positions.len() - shared_vertices.len()) as u64;
+    drop(mesh);
+    let assembled = assemble(&built, context.params.page_size as usize, first_triangle)
+        .map_err(ConvertError::write(context.output))?;
+    Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices })
+}

@@ -1,0 +1,19 @@
+//! Work larger than memory: a budget that everything large is taken from, bytes that go to disk when it is spent, a
+//! journal of what is done, and sorting.
+//!
+//! Knows nothing of meshes.
+
+mod budget;
+pub mod disk;
+mod journal;
+mod scratch;
+mod sort;
+mod spool;
+mod system;
+
+pub use budget::{MemoryBudget, Reservation};
+pub use journal::Journal;
+pub use scratch::{Begun, ScratchDir};
+pub use sort::ExternalSort;
+pub use spool::{Extent, Spool};
+pub use system::spare_memory;
