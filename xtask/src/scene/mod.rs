@@ -3,11 +3,19 @@
 //! Scenes are streamed to PLY files, with a scene file beside them, so that memory does not grow with the number of
 //! triangles. Same name, size and seed, same bytes, on every machine: sines are those of the `libm` crate.
 
+mod assembly;
 mod isosurface;
+mod march;
+mod noise;
 mod pipes;
 mod ply;
 mod random;
+mod refine;
+mod relief;
 mod sink;
+mod statue;
+#[cfg(test)]
+mod testing;
 
 use crate::flags::Flags;
 use crate::output::write_whole;
@@ -36,6 +44,7 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let made = match name.as_str() {
         "isosurface" => make_isosurface(folder, triangles, seed)?,
         "pipes" => make_pipes(folder, triangles, seed, flags.has("--single-file"))?,
+        "statue" => make_statue(folder, triangles, seed)?,
         _ => bail!("there is no scene '{name}'; {USAGE}"),
     };
     println!("{}: {made} triangles", folder.join("scene.toml").display());
@@ -49,6 +58,13 @@ fn make_isosurface(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
     let made = writer.triangles();
     writer.finish()?;
     write_whole(&folder.join("scene.toml"), isosurface::SCENE.as_bytes())?;
+    Ok(made)
+}
+
+fn make_statue(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
+    let parts = statue::parts(triangles, seed)?;
+    let made = assembly::write(&parts, assembly::edge_for(&parts, triangles), folder, &[statue::MATERIAL])?;
+    write_whole(&folder.join("scene.toml"), statue::SCENE.as_bytes())?;
     Ok(made)
 }
 
