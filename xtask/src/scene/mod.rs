@@ -20,6 +20,7 @@ mod testing;
 use crate::flags::Flags;
 use crate::output::write_whole;
 use anyhow::{Context, Result, bail};
+use assembly::Part;
 use isosurface::Isosurface;
 use pipes::Plant;
 use ply::PlyWriter;
@@ -32,7 +33,7 @@ const USAGE: &str =
 
 /// Makes the scene that the first argument names.
 pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
-    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed"], &["--single-file"])?;
+    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed", "--mesh"], &["--single-file"])?;
     let (Some(triangles), Some(folder), [name]) =
         (flags.count("--triangles")?, flags.value("-o"), flags.rest.as_slice())
     else {
@@ -44,7 +45,7 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let made = match name.as_str() {
         "isosurface" => make_isosurface(folder, triangles, seed)?,
         "pipes" => make_pipes(folder, triangles, seed, flags.has("--single-file"))?,
-        "statue" => make_statue(folder, triangles, seed)?,
+        "statue" => make_statue(folder, triangles, seed, flags.value("--mesh"))?,
         _ => bail!("there is no scene '{name}'; {USAGE}"),
     };
     println!("{}: {made} triangles", folder.join("scene.toml").display());
@@ -61,10 +62,18 @@ fn make_isosurface(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
     Ok(made)
 }
 
-fn make_statue(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
-    let parts = statue::parts(triangles, seed)?;
-    let made = assembly::write(&parts, assembly::edge_for(&parts, triangles), folder, &[statue::MATERIAL])?;
-    write_whole(&folder.join("scene.toml"), statue::SCENE.as_bytes())?;
+fn make_statue(folder: &Path, triangles: u64, seed: u64, mesh: Option<&str>) -> Result<u64> {
+    let (parts, scene) = match mesh {
+        Some(path) => (statue::parts_of_mesh(Path::new(path), triangles, seed)?, statue::scene_of_mesh()),
+        None => (statue::parts(triangles, seed)?, statue::scene()),
+    };
+    make_parts(folder, triangles, &parts, &[statue::MATERIAL], &scene)
+}
+
+/// Refines parts until there are as many triangles as are asked for, and writes a file for each material.
+fn make_parts(folder: &Path, triangles: u64, parts: &[Part], materials: &[&str], scene: &str) -> Result<u64> {
+    let made = assembly::write(parts, assembly::edge_for(parts, triangles), folder, materials)?;
+    write_whole(&folder.join("scene.toml"), scene.as_bytes())?;
     Ok(made)
 }
 

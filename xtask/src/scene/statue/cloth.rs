@@ -22,6 +22,8 @@ const SECTIONS: [[f64; 3]; 11] = [
     [1.43, 0.135, 0.09],
     [1.5, 0.06, 0.06],
 ];
+/// How sharp valleys are.
+const VALLEY: f64 = 0.04;
 /// Clothes farther from a point than this do not matter to it.
 const REACH: f64 = 0.12;
 
@@ -56,22 +58,26 @@ impl Cloth {
 
     /// Upright pleats, deeper toward the ground.
     fn robe(&self, p: DVec3) -> f64 {
-        let depth = 0.008 + 0.034 * (1.0 - p.y).clamp(0.0, 1.0);
-        let wide = self.fold(p, DVec3::Y, 13.0 + 12.0 * step(0.8, 1.1, p.y), 0.05);
-        depth * (wide + 0.3 * self.fold(p + DVec3::ONE, DVec3::Y, 31.0, 0.05))
+        let depth = 0.007 + 0.024 * (1.0 - p.y).clamp(0.0, 1.0);
+        let wide = self.fold(p, DVec3::Y, 12.0 + 12.0 * step(0.8, 1.1, p.y), 0.05);
+        depth * (wide + 0.25 * self.fold(p + DVec3::ONE, DVec3::Y, 31.0, 0.05))
     }
 
-    /// Folds that fall from the shoulder, steeper toward the left side.
+    /// Folds that fall from the shoulder, and further down from the hip.
     fn cloak(&self, p: DVec3, below_border: f64) -> f64 {
-        let bow = DVec3::new(0.72 - 0.7 * step(0.1, 0.75, below_border), 0.8, 0.0).normalize_or(DVec3::Y);
-        let deep = 0.026 * step(-0.02, 0.15, below_border);
-        deep * (self.fold(p, bow, 8.5, 0.13) + 0.35 * self.fold(p - DVec3::ONE, bow, 19.0, 0.12))
+        let drawn = self.fold(p, DVec3::new(0.6, 0.8, 0.0), 8.0, 0.12);
+        let falling = self.fold(p - DVec3::ONE, DVec3::new(-0.28, 0.96, 0.0), 9.0, 0.1);
+        let lower = step(0.1, 0.5, below_border + 0.3 * p.z);
+        let fine = self.fold(p + DVec3::ONE, DVec3::new(0.28, 0.96, 0.0), 21.0, 0.1);
+        0.026 * step(-0.02, 0.15, below_border) * (drawn * (1.0 - lower) + falling * lower + 0.25 * fine)
     }
 
     /// Folds along a direction, so many a meter across; -0.3 to 1.
     fn fold(&self, p: DVec3, along: DVec3, per_meter: f64, drawn: f64) -> f64 {
         let across = p - along * (p.dot(along) * (1.0 - drawn));
-        2.4 * self.noise.at(across * per_meter).abs() - 0.3
+        let noise = self.noise.at(across * per_meter);
+        // Not quite sharp in the valleys, which triangles could not follow.
+        2.4 * (noise * noise + VALLEY * VALLEY).sqrt() - 0.3
     }
 
     /// The end of the cloak that hangs from the left arm, between two points of it.

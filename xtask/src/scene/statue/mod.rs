@@ -5,6 +5,7 @@
 mod cloth;
 mod figure;
 mod head;
+mod mesh_file;
 mod polygonize;
 mod pose;
 mod solid;
@@ -16,6 +17,7 @@ use anyhow::{Result, bail};
 use figure::{BOUNDS, Figure};
 use polygonize::polygonize;
 use pose::Pose;
+use std::path::Path;
 
 /// Name of the file and of the material.
 pub const MATERIAL: &str = "statue";
@@ -26,6 +28,10 @@ const BASE_SHARE: f64 = 0.3;
 const MAX_BASE: f64 = 240_000.0;
 /// Triangles of a grid with cells of one meter.
 const TRIANGLES_PER_AREA: f64 = 12.0;
+/// Height of a figure, in meters.
+const HEIGHT: f64 = 1.8;
+/// As round as the small mesh is meant to be.
+pub const ROUNDNESS: f64 = 0.75;
 /// Length and height of the longest waves of the surface, in meters of a statue of life size.
 const WAVES: [f64; 2] = [0.09, 0.0016];
 
@@ -48,28 +54,85 @@ pub fn parts(triangles: u64, seed: u64) -> Result<Vec<Part>> {
     if triangles < MIN_TRIANGLES {
         bail!("a statue has at least {MIN_TRIANGLES} triangles; ask for more");
     }
-    Ok(vec![Part {
+    Ok(vec![part(base(seed, triangles, 1.0)?, seed, 1.0)])
+}
+
+/// The mesh of a file instead, with the surface of a statue of its size.
+pub fn parts_of_mesh(path: &Path, triangles: u64, seed: u64) -> Result<Vec<Part>> {
+    let base = mesh_file::read(path)?;
+    let count = base.triangles.len();
+    if triangles < count as u64 {
+        bail!("{}: has {count} triangles already; ask for more", path.display());
+    }
+    let [low, high] = base.bounds();
+    let scale = (high - low).max_element() / HEIGHT;
+    Ok(vec![part(base, seed, scale)])
+}
+
+fn part(base: BaseMesh, seed: u64, scale: f64) -> Part {
+    Part {
         material: 0,
-        base: base(seed, triangles, 1.0)?,
-        roundness: 0.75,
-        relief: relief(seed, 1.0),
+        base,
+        roundness: ROUNDNESS,
+        relief: relief(seed, scale),
         coarseness: 1.0,
         placements: vec![Placement::IDENTITY],
-    }])
+    }
 }
 
 /// The scene file beside the statue.
-pub const SCENE: &str = r#"# A statue. Written by cargo xtask scene.
+pub fn scene() -> String {
+    format!("{HEADER}{CAMERA}{LIGHT}")
+}
 
-camera = { position = [1.5, 1.9, 4.1], target = [0.0, 1.13, 0.0], vertical_fov_degrees = 32 }
-sky = { zenith = [0.3, 0.38, 0.55], horizon = [0.42, 0.42, 0.44], ground = [0.16, 0.14, 0.12] }
+/// The scene file beside the mesh of a file, for which the renderer chooses the camera.
+pub fn scene_of_mesh() -> String {
+    format!("{HEADER}{LIGHT}")
+}
+
+const HEADER: &str = "# A statue. Written by cargo xtask scene.\n\n";
+
+const CAMERA: &str =
+    "camera = { position = [1.5, 1.9, 4.3], target = [-0.02, 1.42, 0.0], vertical_fov_degrees = 25 }\n";
+
+const LIGHT: &str = r#"sky = { zenith = [0.16, 0.24, 0.42], horizon = [0.3, 0.36, 0.46], ground = [0.12, 0.1, 0.08] }
 light = [
-    { type = "directional", direction = [-1.0, -0.85, -0.55], intensity = [2.9, 2.6, 2.2] },
+    { type = "directional", direction = [-1.0, -0.85, -0.45], intensity = [3.1, 2.7, 2.2] },
 ]
 material = [
-    { name = "statue", base_color = [0.78, 0.74, 0.67], roughness = 0.7 },
+    { name = "statue", base_color = [0.66, 0.61, 0.53], roughness = 0.7 },
 ]
 model = [
     { file = "statue.ply", material = "statue" },
 ]
 "#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::assembly::{edge_for, triangles};
+    use crate::scene::refine::{Refinement, refine};
+    use crate::scene::sink::Kept;
+    use crate::scene::testing::open_edges;
+
+    #[test]
+    fn statues_are_closed() {
+        for seed in 0..3 {
+            let part = &parts(30_000, seed).unwrap()[0];
+            let refinement = Refinement { edge: 0.02, roundness: ROUNDNESS, relief: &part.relief };
+            let mut mesh = Kept::default();
+            refine(&part.base, &Placement::IDENTITY, &refinement, &mut mesh).unwrap();
+            assert_eq!(open_edges(&mesh), 0);
+        }
+    }
+
+    #[test]
+    fn counts_are_met() {
+        for wanted in [5000, 50_000, 3_000_000] {
+            let parts = parts(wanted, 1).unwrap();
+            let made = triangles(&parts, edge_for(&parts, wanted)) as f64;
+            assert!((made / wanted as f64 - 1.0).abs() < 0.02, "{made} of {wanted}");
+        }
+        assert!(parts(10, 1).is_err());
+    }
+}

@@ -49,7 +49,7 @@ impl Pose {
         };
         match seed % POSES {
             1 => Pose {
-                right: [DVec3::new(-0.4, 1.33, 0.06), DVec3::new(-0.42, 1.6, 0.16)],
+                right: [DVec3::new(-0.37, 1.27, 0.02), DVec3::new(-0.31, 1.48, 0.14)],
                 staff: true,
                 orb: false,
                 beard: true,
