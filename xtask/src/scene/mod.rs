@@ -4,6 +4,8 @@
 //! triangles. Same name, size and seed, same bytes, on every machine: sines are those of the `libm` crate.
 
 mod assembly;
+mod atrium;
+mod cornell;
 mod isosurface;
 mod march;
 mod noise;
@@ -43,6 +45,14 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let made = match name.as_str() {
+        "atrium" => {
+            let parts = atrium::parts(triangles, seed)?;
+            make_parts(folder, triangles, &parts, &atrium::file_names(), &atrium::scene())?
+        }
+        "cornell" => {
+            let parts = cornell::parts(triangles, seed)?;
+            make_parts(folder, triangles, &parts, &cornell::MATERIALS, cornell::SCENE)?
+        }
         "isosurface" => make_isosurface(folder, triangles, seed)?,
         "pipes" => make_pipes(folder, triangles, seed, flags.has("--single-file"))?,
         "statue" => make_statue(folder, triangles, seed, flags.value("--mesh"))?,
