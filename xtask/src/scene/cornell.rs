@@ -10,18 +10,18 @@ use glam::DVec3;
 
 /// Fewer triangles are no statues.
 const MIN_TRIANGLES: u64 = 20_000;
-/// Half of the side of the room, in meters.
-const HALF: f64 = 2.75;
+/// Width, height and depth of the room, in meters.
+const ROOM: DVec3 = DVec3::new(7.0, 5.2, 5.5);
 /// Edges of the walls, in edges of the statues.
 const WALL_COARSENESS: f64 = 8.0;
 /// Height and length of waves of the walls.
 const PLASTER: [f64; 2] = [0.4, 0.0025];
 /// Where the lamps are, and half of the side of one.
-const LAMPS: [[f64; 2]; 4] = [[-1.2, -1.1], [1.2, -1.1], [-1.2, 1.0], [1.2, 1.0]];
-const LAMP_HALF: f64 = 0.42;
+const LAMPS: [[f64; 2]; 4] = [[-1.7, -0.8], [1.7, -0.8], [-1.7, 1.6], [1.7, 1.6]];
+const LAMP_HALF: f64 = 0.5;
 /// Material, place, angle and size of each statue.
 const STATUES: [(usize, [f64; 2], f64, f64); 3] =
-    [(4, [-1.3, -0.75], 0.45, 1.75), (5, [0.1, 0.75], -0.1, 1.45), (6, [1.35, -0.55], -0.5, 1.7)];
+    [(4, [-1.75, -0.8], 0.45, 1.95), (5, [0.1, 0.6], -0.1, 1.7), (6, [1.85, -0.6], -0.5, 1.95)];
 
 /// Names of the files, in the order of the numbers of materials.
 pub const MATERIALS: [&str; 7] = ["white", "red", "green", "lamp", "marble", "glass", "sandstone"];
@@ -48,10 +48,10 @@ pub fn parts(triangles: u64, seed: u64) -> Result<Vec<Part>> {
 
 /// The walls, open to the camera, and the lamps below the ceiling.
 fn walls(seed: u64) -> Vec<Part> {
-    let low = DVec3::new(-HALF, 0.0, -HALF);
-    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * (2.0 * HALF));
+    let low = ROOM * DVec3::new(-0.5, 0.0, -0.5);
+    let [x, y, z] = DVec3::AXES.map(|axis| axis * ROOM);
     let room = [(low, [z, x]), (low + y, [x, z]), (low, [x, y])];
-    let corner = |[x, z]: [f64; 2]| DVec3::new(x - LAMP_HALF, 2.0 * HALF - 0.02, z - LAMP_HALF);
+    let corner = |[x, z]: [f64; 2]| DVec3::new(x - LAMP_HALF, ROOM.y - 0.02, z - LAMP_HALF);
     let sides = [DVec3::X, DVec3::Z].map(|axis| axis * (2.0 * LAMP_HALF));
     let part = |material, base| Part {
         material,
@@ -82,13 +82,13 @@ fn parallelograms(all: &[(DVec3, [DVec3; 2])]) -> BaseMesh {
 /// The scene file beside the models.
 pub const SCENE: &str = r#"# A Cornell box with statues. Written by cargo xtask scene.
 
-camera = { position = [0.0, 2.7, 10.2], target = [0.0, 2.62, 0.0], vertical_fov_degrees = 41 }
+camera = { position = [0.0, 2.6, 8.9], target = [0.0, 2.57, 0.0], vertical_fov_degrees = 44.5 }
 sky = { color = [0.0, 0.0, 0.0] }
 material = [
     { name = "white", base_color = [0.72, 0.71, 0.68] },
     { name = "red", base_color = [0.6, 0.06, 0.05] },
     { name = "green", base_color = [0.12, 0.42, 0.1] },
-    { name = "lamp", base_color = [0.0, 0.0, 0.0], emission = [12.0, 10.5, 8.0] },
+    { name = "lamp", base_color = [0.0, 0.0, 0.0], emission = [15.0, 13.0, 10.0] },
     { name = "marble", base_color = [0.76, 0.74, 0.7], roughness = 0.5 },
     { name = "glass", base_color = [0.9, 0.95, 0.95], roughness = 0.0, transmission = 1.0, ior = 1.5 },
     { name = "sandstone", base_color = [0.66, 0.47, 0.27] },
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn walls_look_into_the_room() {
-        let middle = DVec3::Y * HALF;
+        let middle = DVec3::Y * (ROOM.y / 2.0);
         for part in walls(1) {
             for triangle in &part.base.triangles {
                 let [a, b, c] = triangle.map(|v| part.base.positions[v as usize]);

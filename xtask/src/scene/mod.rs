@@ -30,8 +30,8 @@ use sink::MeshSink;
 use std::path::Path;
 use std::process::ExitCode;
 
-const USAGE: &str =
-    "usage: cargo xtask scene isosurface|pipes --triangles N -o DIR [--seed S]; pipes: [--single-file]";
+const USAGE: &str = "usage: cargo xtask scene atrium|cornell|isosurface|pipes|statue --triangles N -o DIR [--seed S]; \
+     pipes: [--single-file]; statue: [--mesh FILE]";
 
 /// Makes the scene that the first argument names.
 pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
@@ -129,6 +129,9 @@ mod tests {
             ("isosurface --triangles 20K", 20_000.0),
             ("pipes --triangles 50K --seed 2", 50_000.0),
             ("pipes --triangles 50K --single-file", 50_000.0),
+            ("statue --triangles 50K --seed 2", 50_000.0),
+            ("atrium --triangles 50K", 50_000.0),
+            ("cornell --triangles 50K", 50_000.0),
         ] {
             let [first, second] = [(); 2].map(|()| tempfile::tempdir().unwrap());
             let files = make(line, first.path());
@@ -139,6 +142,23 @@ mod tests {
             assert!((report.manifest.triangles as f64 / count - 1.0).abs() < 0.02, "{line}");
             assert!(report.warnings.is_empty(), "{line}: {:?}", report.warnings);
         }
+    }
+
+    #[test]
+    fn meshes_of_files_are_refined() {
+        let [folder, first, second] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+        let model = folder.path().join("model.obj");
+        std::fs::write(&model, crate::sample_mesh::obj()).unwrap();
+        let line = format!("statue --triangles 60K --mesh {}", model.display());
+        let files = make(&line, first.path());
+        assert!(files == make(&line, second.path()));
+        let scene = first.path().join("scene.toml");
+        let pack = second.path().join("scene.rsp");
+        let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+        assert!((report.manifest.triangles as f64 / 6e4 - 1.0).abs() < 0.02);
+        let few = line.replace("60K", "5K");
+        let arguments: Vec<String> = few.split_whitespace().chain(["-o", "."]).map(str::to_owned).collect();
+        assert!(task(Path::new(""), &arguments).unwrap_err().to_string().contains("7680 triangles"));
     }
 
     #[test]

@@ -21,11 +21,11 @@ pub const MATERIALS: [Material; 10] = [
     matte("column", [0.68, 0.63, 0.55]),
     matte("vault", [0.68, 0.64, 0.58]),
     matte("tile_light", [0.62, 0.57, 0.5]),
-    matte("tile_dark", [0.28, 0.1, 0.07]),
+    matte("tile_dark", [0.21, 0.095, 0.065]),
     matte("beam", [0.22, 0.12, 0.06]),
     matte("pedestal", [0.2, 0.23, 0.2]),
     matte("statue", [0.76, 0.73, 0.68]),
-    Material { name: "lamp", color: [0.0; 3], emission: Some([16.0, 10.5, 5.5]) },
+    Material { name: "lamp", color: [0.0; 3], emission: Some([14.0, 9.0, 4.6]) },
 ];
 
 pub const WALL: usize = 0;

@@ -21,17 +21,19 @@ use materials::{
     WALL,
 };
 use patches::{Detail, Patches};
-use plan::{APSE, APSE_SPRINGING, ARCADE, BAY, BAYS, HALF_LENGTH, STOREYS, THICKNESS, VAULT};
+use plan::{ARCADE, BAY, BAYS, HALF_LENGTH, STOREYS, THICKNESS, VAULT};
 use std::f64::consts::PI;
 use std::fmt::Write;
 
 /// Fewer triangles are less than the small meshes have.
 const MIN_TRIANGLES: u64 = 20_000;
 /// Area of all surfaces in square meters, twice for each triangle being half a square.
-const TWICE_AREA: f64 = 6000.0;
+const TWICE_AREA: f64 = 8000.0;
 /// Edges of the small meshes, in edges of what is made of them, and the shortest of them.
 const BASE_EDGE: f64 = 1.7;
 const MIN_BASE_EDGE: f64 = 0.025;
+/// Columns are so much finer than walls, for their flutes.
+const COLUMN_EDGE: f64 = 0.5;
 /// Statues are so much finer than walls, and their small meshes are made for that share of the triangles.
 const STATUE_EDGE: f64 = 0.35;
 const STATUE_SHARE: f64 = 0.06;
@@ -42,7 +44,7 @@ const PEDESTALS: [f64; 2] = [1.0, 1.3];
 /// Their sizes in those of life.
 const STATUE_SCALES: [f64; 2] = [1.15, 1.75];
 /// Bays whose aisles have a lamp.
-const LAMP_BAYS: [usize; 3] = [1, 3, 5];
+const LAMP_BAYS: [usize; 4] = [0, 2, 4, 6];
 
 /// Names of the files, in the order of the numbers of materials.
 pub fn file_names() -> [&'static str; MATERIALS.len()] {
@@ -100,12 +102,13 @@ impl Builder {
         let detail = self.detail;
         let mut wall = Patches::default();
         bay(storey).build(detail, &mut wall);
+        let column = column::column(Detail { edge: detail.edge * COLUMN_EDGE }, storey);
         let mut molding = Patches::default();
         bay(storey).molding(detail, -1.0, 0.28, &mut molding);
         let columns =
             columns().map(|z| [-ARCADE, ARCADE].map(|x| Placement::new(0.0, DVec3::new(x, 0.0, z))));
         vec![
-            self.part(COLUMN, &column::column(detail, storey), columns.flatten().collect()),
+            Part { coarseness: COLUMN_EDGE, ..self.part(COLUMN, &column, columns.flatten().collect()) },
             self.part(WALL, &wall, both_sides(bays())),
             self.part(LIMESTONE, &molding, both_sides(bays())),
             self.part(LIMESTONE, &arcade::cornice(detail, storey), sides()),
@@ -188,7 +191,7 @@ fn columns_within() -> impl Iterator<Item = f64> {
     (1..BAYS).map(|i| i as f64 * BAY - HALF_LENGTH)
 }
 
-/// Eight area lights of two triangles each: six under the vaults of the aisles, two at the sides of the apse.
+/// Eight area lights of two triangles each, under the vaults of the aisles.
 fn lamps() -> Part {
     let mut lamps = Patches::default();
     let coarse = Detail { edge: f64::INFINITY };
@@ -197,10 +200,6 @@ fn lamps() -> Part {
         let z = (bay as f64 + 0.5) * BAY - HALF_LENGTH;
         let corner = DVec3::new(side * aisle - 0.5, STOREYS[0].top - 0.45, z - 0.5);
         lamps.flat(coarse, corner, [DVec3::X, DVec3::Z]);
-    }
-    for side in [-1.0, 1.0] {
-        let corner = DVec3::new(side * (APSE - 0.08), APSE_SPRINGING * 0.2, -HALF_LENGTH - 0.8 + 0.15 * side);
-        lamps.flat(coarse, corner, [DVec3::Z * (-0.3 * side), DVec3::Y * (APSE_SPRINGING * 0.75)]);
     }
     Part {
         material: LAMP,
@@ -233,10 +232,10 @@ pub fn scene() -> String {
 
 const VIEW: &str = r#"# An atrium. Written by cargo xtask scene.
 
-camera = { position = [1.3, 2.1, 12.4], target = [-0.45, 3.95, 0.0], vertical_fov_degrees = 60 }
-sky = { zenith = [0.45, 0.75, 1.5], horizon = [1.0, 1.15, 1.3], ground = [0.3, 0.28, 0.25] }
+camera = { position = [1.3, 2.1, 12.6], target = [-0.4, 3.75, 0.0], vertical_fov_degrees = 57 }
+sky = { zenith = [0.8, 1.1, 1.9], horizon = [1.4, 1.6, 1.8], ground = [0.3, 0.28, 0.25] }
 light = [
-    { type = "directional", direction = [-0.55, -1.0, -0.42], intensity = [9.0, 8.0, 6.4] },
+    { type = "directional", direction = [-0.4, -1.0, -0.5], intensity = [4.6, 4.0, 3.1] },
 ]
 "#;
 
@@ -258,6 +257,6 @@ mod tests {
     #[test]
     fn there_are_eight_lamps() {
         assert_eq!(lamps().base.triangles.len(), 16);
-        assert!(lamps().base.normals.iter().filter(|n| n.y == -1.0).count() == 24);
+        assert!(lamps().base.normals.iter().filter(|n| n.y == -1.0).count() == 32);
     }
 }

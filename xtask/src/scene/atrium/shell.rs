@@ -8,6 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Tiles of the floor along a bay.
 const TILES: f64 = 3.0;
+/// How far the dome over the apse goes up, to the share of a right angle.
+const DOME: f64 = 0.75;
 
 /// The tiles of one of two colors, each a little lower at its borders.
 pub fn tiles(detail: Detail, color: usize) -> Patches {
@@ -96,7 +98,7 @@ pub fn end_wall(detail: Detail) -> Patches {
     wall
 }
 
-/// The apse: half a cylinder and a quarter of a sphere.
+/// The apse: half a cylinder and a quarter of a sphere, open at the top.
 pub fn apse(detail: Detail) -> Patches {
     let mut apse = Patches::default();
     let center = DVec3::new(0.0, 0.0, -HALF_LENGTH - 0.6);
@@ -109,7 +111,7 @@ pub fn apse(detail: Detail) -> Patches {
     apse.grid([around, up], |a, y| center + wall(a) + DVec3::Y * (APSE_SPRINGING * y));
     let rings = detail.steps(FRAC_PI_2 * APSE, [4, 48]);
     apse.grid([around, rings], |a, y| {
-        let (sin, cos) = libm::sincos(FRAC_PI_2 * y);
+        let (sin, cos) = libm::sincos(FRAC_PI_2 * DOME * y);
         center + wall(a) * cos + DVec3::Y * (APSE_SPRINGING + APSE * sin)
     });
     apse
