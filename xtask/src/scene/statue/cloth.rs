@@ -56,20 +56,21 @@ impl Cloth {
         self.robe(p) * (1.0 - cloak) + cloak * (0.028 + self.cloak(p, below_border)) + roll
     }
 
-    /// Upright pleats, deeper toward the ground.
+    /// Upright pleats, deeper toward the ground, up to the neckline.
     fn robe(&self, p: DVec3) -> f64 {
         let depth = 0.007 + 0.024 * (1.0 - p.y).clamp(0.0, 1.0);
         let wide = self.fold(p, DVec3::Y, 12.0 + 12.0 * step(0.8, 1.1, p.y), 0.05);
-        depth * (wide + 0.25 * self.fold(p + DVec3::ONE, DVec3::Y, 31.0, 0.05))
+        let below_neck = step(0.0, 0.02, 1.385 + 0.35 * p.x.abs() - 0.1 * p.z - p.y);
+        below_neck * (0.006 + depth * (wide + 0.25 * self.fold(p + DVec3::ONE, DVec3::Y, 31.0, 0.05)))
     }
 
     /// Folds that fall from the shoulder, and further down from the hip.
     fn cloak(&self, p: DVec3, below_border: f64) -> f64 {
-        let drawn = self.fold(p, DVec3::new(0.6, 0.8, 0.0), 8.0, 0.12);
+        let drawn = self.fold(p, DVec3::new(0.6, 0.8, 0.0), 9.5, 0.12);
         let falling = self.fold(p - DVec3::ONE, DVec3::new(-0.28, 0.96, 0.0), 9.0, 0.1);
         let lower = step(0.1, 0.5, below_border + 0.3 * p.z);
-        let fine = self.fold(p + DVec3::ONE, DVec3::new(0.28, 0.96, 0.0), 21.0, 0.1);
-        0.026 * step(-0.02, 0.15, below_border) * (drawn * (1.0 - lower) + falling * lower + 0.25 * fine)
+        let fine = self.fold(p + DVec3::ONE, DVec3::new(0.28, 0.96, 0.0), 24.0, 0.1);
+        0.027 * step(-0.02, 0.15, below_border) * (drawn * (1.0 - lower) + falling * lower + 0.35 * fine)
     }
 
     /// Folds along a direction, so many a meter across; -0.3 to 1.
@@ -87,7 +88,7 @@ impl Cloth {
         let sheet = inner + axis * along;
         let side = (p.x - sheet.x).abs().max((p.z - sheet.z).abs());
         let lowest = 0.5 + 0.22 * along + 0.05 * self.noise.at(p * DVec3::new(14.0, 0.0, 14.0));
-        let smooth = side.max(lowest - p.y).max(p.y - inner.y.max(outer.y)) - 0.02;
+        let smooth = side.max(lowest - p.y).max(p.y + 0.045 - inner.y.max(outer.y)) - 0.02;
         if smooth > REACH { smooth } else { 0.8 * smooth - 0.02 * self.fold(p, DVec3::Y, 15.0, 0.08) }
     }
 }

@@ -66,7 +66,7 @@ impl Figure {
             let [elbow, hand] = self.pose.right;
             let palm = hand + (hand - elbow).normalize_or(DVec3::Y) * 0.05 + DVec3::Z * 0.025;
             let ends = [DVec3::new(palm.x + 0.02, -0.05, palm.z), DVec3::new(palm.x, 1.93, palm.z)];
-            let tip = ellipsoid(q, ends[1] + DVec3::Y * 0.04, DVec3::new(0.03, 0.07, 0.03));
+            let tip = ellipsoid(q, ends[1] + DVec3::Y * 0.05, DVec3::new(0.036, 0.1, 0.014));
             held = join(limb(q, ends, [0.017, 0.015]), tip, 0.01);
         }
         if self.pose.orb {

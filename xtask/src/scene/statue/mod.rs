@@ -33,7 +33,7 @@ const HEIGHT: f64 = 1.8;
 /// As round as the small mesh is meant to be.
 pub const ROUNDNESS: f64 = 0.75;
 /// Length and height of the longest waves of the surface, in meters of a statue of life size.
-const WAVES: [f64; 2] = [0.09, 0.0016];
+const WAVES: [f64; 2] = [0.08, 0.0026];
 
 /// The small mesh of a statue of life size, its plinth standing on height 0, from which `triangles` are to be made.
 pub fn base(seed: u64, triangles: u64, scale: f64) -> Result<BaseMesh> {
@@ -93,11 +93,11 @@ pub fn scene_of_mesh() -> String {
 const HEADER: &str = "# A statue. Written by cargo xtask scene.\n\n";
 
 const CAMERA: &str =
-    "camera = { position = [1.5, 1.9, 4.3], target = [-0.02, 1.42, 0.0], vertical_fov_degrees = 25 }\n";
+    "camera = { position = [1.5, 1.9, 4.3], target = [0.0, 1.55, 0.0], vertical_fov_degrees = 21 }\n";
 
-const LIGHT: &str = r#"sky = { zenith = [0.16, 0.24, 0.42], horizon = [0.3, 0.36, 0.46], ground = [0.12, 0.1, 0.08] }
+const LIGHT: &str = r#"sky = { zenith = [0.12, 0.19, 0.36], horizon = [0.24, 0.3, 0.42], ground = [0.1, 0.08, 0.06] }
 light = [
-    { type = "directional", direction = [-1.0, -0.85, -0.45], intensity = [3.1, 2.7, 2.2] },
+    { type = "directional", direction = [0.85, -0.75, -0.8], intensity = [3.5, 3.0, 2.4] },
 ]
 material = [
     { name = "statue", base_color = [0.66, 0.61, 0.53], roughness = 0.7 },
