@@ -9,6 +9,9 @@ use std::f64::consts::PI;
 
 /// Balusters of a bay.
 pub const BALUSTERS: usize = 9;
+/// Coarser surfaces have no dentils, and no balusters.
+const MAX_DENTIL_EDGE: f64 = 0.4;
+const MAX_BALUSTER_EDGE: f64 = 0.8;
 /// Height of a balustrade with its rail.
 pub const BALUSTRADE: f64 = 0.95;
 
@@ -122,12 +125,13 @@ pub fn cornice(detail: Detail, storey: Storey) -> Patches {
     cornice
 }
 
-/// Dentils under a cornice, for a bay about z = 0.
+/// Dentils under a cornice, for a bay about z = 0; none if they would be smaller than triangles.
 pub fn dentils(detail: Detail, storey: Storey) -> Patches {
     const COUNT: u32 = 14;
     let mut dentils = Patches::default();
     let coarse = Detail { edge: detail.edge.max(0.05) };
-    for i in 0..COUNT {
+    let count = if detail.edge > MAX_DENTIL_EDGE { 0 } else { COUNT };
+    for i in 0..count {
         let z = BAY * ((f64::from(i) + 0.25) / f64::from(COUNT) - 0.5);
         let corner = DVec3::new(ARCADE - THICKNESS / 2.0 - 0.19, storey.top + 0.045, z);
         dentils.block(coarse, corner, DVec3::new(0.2, 0.11, BAY / f64::from(COUNT) * 0.5));
@@ -146,11 +150,12 @@ pub fn rails(detail: Detail) -> Patches {
     rails
 }
 
-/// Places of the balusters along z.
-pub fn baluster_places() -> impl Iterator<Item = f64> {
+/// Places of the balusters along z; none if they would be smaller than triangles.
+pub fn baluster_places(detail: Detail) -> impl Iterator<Item = f64> {
+    let count = if detail.edge > MAX_BALUSTER_EDGE { 0 } else { BALUSTERS };
     let place = |i: usize| (i as f64 + 0.5) / BALUSTERS as f64;
     (0..BAYS).flat_map(move |bay| {
-        (0..BALUSTERS).map(move |i| (bay as f64 + 0.07 + 0.86 * place(i)) * BAY - HALF_LENGTH)
+        (0..count).map(move |i| (bay as f64 + 0.07 + 0.86 * place(i)) * BAY - HALF_LENGTH)
     })
 }
 

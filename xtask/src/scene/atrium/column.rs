@@ -13,9 +13,10 @@ pub fn column(detail: Detail, storey: Storey) -> Patches {
     let r = storey.column;
     let height = storey.springing - storey.floor;
     let foot = storey.floor * DVec3::Y;
-    let square = |y: f64, half: f64, high: f64| [[0.0, y], [half, y], [half, y + high], [0.0, y + high]];
-    column.turned(detail, &square(0.0, r * 1.45, 0.14), Section::Square, foot);
-    column.turned(detail, &square(height - 0.16, r * 1.5, 0.16), Section::Square, foot);
+    for [y, half, high] in [[0.0, r * 1.45, 0.14], [height - 0.16, r * 1.5, 0.16]] {
+        let low = foot + DVec3::new(-half, y, -half);
+        column.block(detail, low, DVec3::new(2.0 * half, high, 2.0 * half));
+    }
     let rings =
         [[1.42, 0.0], [1.46, 0.05], [1.4, 0.12], [1.2, 0.15], [1.15, 0.2], [1.22, 0.24], [1.24, 0.29]];
     let base: Vec<[f64; 2]> = rings.iter().map(|[x, y]| [r * x, 0.14 + y * 0.8]).collect();

@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 
 /// Fewer triangles are less than the small meshes have.
-const MIN_TRIANGLES: u64 = 20_000;
+const MIN_TRIANGLES: u64 = 25_000;
 /// Area of all surfaces in square meters, twice for each triangle being half a square.
 const TWICE_AREA: f64 = 8000.0;
 /// Edges of the small meshes, in edges of what is made of them, and the shortest of them.
@@ -37,6 +37,7 @@ const COLUMN_EDGE: f64 = 0.5;
 /// Statues are so much finer than walls, and their small meshes are made for that share of the triangles.
 const STATUE_EDGE: f64 = 0.35;
 const STATUE_SHARE: f64 = 0.06;
+const MIN_STATUE: u64 = 2000;
 /// Statues in the nave stand before every second column, so far from the middle.
 const NAVE_STATUES: f64 = 2.65;
 /// Height of their pedestals, and of that in the apse.
@@ -121,7 +122,7 @@ impl Builder {
     fn balustrade(&self) -> Vec<Part> {
         let y = STOREYS[1].floor + 0.08;
         let baluster = column::baluster(self.detail, arcade::BALUSTRADE - 0.18);
-        let places = arcade::baluster_places();
+        let places = arcade::baluster_places(self.detail);
         let places = places.flat_map(|z| [-ARCADE, ARCADE].map(|x| Placement::new(0.0, DVec3::new(x, y, z))));
         vec![
             self.part(LIMESTONE, &arcade::rails(self.detail), sides()),
@@ -131,7 +132,7 @@ impl Builder {
 
     /// Those before the columns in turn, and a larger one in the apse, all on pedestals.
     fn statues(&self, triangles: u64) -> Result<Vec<Part>> {
-        let share = ((triangles as f64 * STATUE_SHARE) as u64).max(3000);
+        let share = ((triangles as f64 * STATUE_SHARE) as u64).max(MIN_STATUE);
         let places: Vec<[f64; 3]> = [2.0, 4.0, 6.0]
             .iter()
             .flat_map(|i| [-1.0, 1.0].map(|side| [side * NAVE_STATUES, i * BAY - HALF_LENGTH, -0.9 * side]))
@@ -145,7 +146,7 @@ impl Builder {
                 vec![Placement::new(0.0, DVec3::new(0.0, height, -HALF_LENGTH - 0.9))]
             } else {
                 // Statues across from each other differ.
-                let chosen = places.iter().enumerate().filter(|(i, _)| (i + i / 2) as u64 % 3 == kind);
+                let chosen = places.iter().enumerate().filter(|(i, _)| (i / 2 + 2 * i) as u64 % 3 == kind);
                 chosen.map(|(_, [x, z, turn])| Placement::new(*turn, DVec3::new(*x, height, *z))).collect()
             };
             parts.push(Part {
@@ -246,7 +247,7 @@ mod tests {
 
     #[test]
     fn counts_are_met() {
-        for wanted in [20_000, 50_000, 1_000_000, 200_000_000] {
+        for wanted in [25_000, 50_000, 1_000_000, 200_000_000] {
             let parts = parts(wanted, 1).unwrap();
             let made = triangles(&parts, edge_for(&parts, wanted)) as f64;
             assert!((made / wanted as f64 - 1.0).abs() < 0.02, "{made} of {wanted}");

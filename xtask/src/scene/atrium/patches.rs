@@ -7,6 +7,9 @@ use std::f64::consts::TAU;
 /// Depth of a flute, in radii.
 const FLUTE: f64 = 0.09;
 
+/// Steps along any profile, however coarse it becomes.
+const MIN_ROWS: usize = 2;
+
 /// How fine small meshes are.
 #[derive(Clone, Copy, Debug)]
 pub struct Detail {
@@ -100,10 +103,15 @@ impl Patches {
     /// Adds a piece turned about the y axis; `profile` goes from the ground up, by radius and height.
     pub fn turned(&mut self, detail: Detail, profile: &[[f64; 2]], section: Section, center: DVec3) {
         let widest = profile.iter().map(|p| p[0]).fold(0.0, f64::max);
-        let flutes = if let Section::Fluted(flutes) = section { 6 * flutes as usize } else { 96 };
-        let sides = detail.steps(TAU * widest, [8, flutes]).next_multiple_of(8);
+        // Squares have their corners at every second of eight steps.
+        let [least, most, unit] = match section {
+            Section::Round => [5, 96, 1],
+            Section::Square => [8, 96, 8],
+            Section::Fluted(flutes) => [6, 6 * flutes as usize, 1],
+        };
+        let sides = detail.steps(TAU * widest, [least, most]).next_multiple_of(unit);
         let line = Line::new(profile);
-        let rings = detail.steps(line.length, [profile.len() - 1, 128]);
+        let rings = detail.steps(line.length, [MIN_ROWS, 128]);
         self.grid([sides, rings], |around, along| {
             let [radius, height] = line.at(along);
             let around = if around == 1.0 { 0.0 } else { around };
@@ -120,7 +128,7 @@ impl Patches {
         frame: impl Fn([f64; 2], f64) -> DVec3,
     ) {
         let line = Line::new(profile);
-        let cells = [detail.steps(length, [8, 256]), detail.steps(line.length, [profile.len() - 1, 48])];
+        let cells = [detail.steps(length, [8, 256]), detail.steps(line.length, [MIN_ROWS, 48])];
         self.grid(cells, |along, across| frame(line.at(across), along));
     }
 

@@ -52,10 +52,11 @@ impl BaseMesh {
         BaseMesh::new(kept, triangles)
     }
 
-    /// The box around it.
+    /// The box around the triangles.
     pub fn bounds(&self) -> [DVec3; 2] {
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        self.positions.iter().fold(empty, |[low, high], &p| [low.min(p), high.max(p)])
+        let corners = self.triangles.iter().flatten().map(|&v| self.positions[v as usize]);
+        corners.fold(empty, |[low, high], p| [low.min(p), high.max(p)])
     }
 }
 

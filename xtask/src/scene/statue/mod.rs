@@ -122,13 +122,13 @@ mod tests {
             let refinement = Refinement { edge: 0.02, roundness: ROUNDNESS, relief: &part.relief };
             let mut mesh = Kept::default();
             refine(&part.base, &Placement::IDENTITY, &refinement, &mut mesh).unwrap();
-            assert_eq!(open_edges(&mesh), 0);
+            assert_eq!(open_edges(&mesh), 0, "{seed}");
         }
     }
 
     #[test]
     fn counts_are_met() {
-        for wanted in [5000, 50_000, 3_000_000] {
+        for wanted in [5000, 50_000, 500_000] {
             let parts = parts(wanted, 1).unwrap();
             let made = triangles(&parts, edge_for(&parts, wanted)) as f64;
             assert!((made / wanted as f64 - 1.0).abs() < 0.02, "{made} of {wanted}");

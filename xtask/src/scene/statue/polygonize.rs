@@ -22,6 +22,7 @@ pub fn polygonize(solid: &impl Solid, [low, high]: [DVec3; 2], size: f64) -> Res
     let mut sampled = Sampled { solid, low, size, counts: counts.map(|n| n + 1), blocks: Vec::new() };
     let mut mesh = Kept::default();
     march(&mut sampled, Cells { counts, size }, &mut mesh)?;
+    mesh.triangles = largest_piece(mesh.positions.len(), &mesh.triangles);
     let mut positions: Vec<DVec3> =
         mesh.positions.iter().map(|&p| Vec3::from_array(p).as_dvec3() + low).collect();
     for _ in 0..ROUNDS {
@@ -76,6 +77,28 @@ impl<S: Solid> Field for Sampled<'_, S> {
     }
 }
 
+/// The triangles that hang together with the most others: coarse cells leave crumbs of what is thin.
+fn largest_piece(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    // Leads to the first vertex of the piece.
+    let mut before: Vec<u32> = (0..vertices as u32).collect();
+    let root = |before: &[u32], mut v: u32| {
+        while before[v as usize] != v {
+            v = before[v as usize];
+        }
+        v
+    };
+    for triangle in triangles {
+        let roots = triangle.map(|v| root(&before, v));
+        let first = roots[0].min(roots[1]).min(roots[2]);
+        roots.iter().chain(triangle).for_each(|&v| before[v as usize] = first);
+    }
+    let mut sizes = vec![0; vertices];
+    let pieces: Vec<u32> = triangles.iter().map(|t| root(&before, t[0])).collect();
+    pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    let largest = (0..vertices as u32).max_by_key(|&v| sizes[v as usize]).unwrap_or(0);
+    triangles.iter().zip(pieces).filter(|(_, piece)| *piece == largest).map(|(t, _)| *t).collect()
+}
+
 /// Every vertex in the middle of its neighbors.
 fn even(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     let mut sums = vec![(DVec3::ZERO, 0.0); positions.len()];
@@ -111,6 +134,12 @@ mod tests {
         fn distance(&self, p: DVec3) -> f64 {
             ball(p, DVec3::ONE, 0.8)
         }
+    }
+
+    #[test]
+    fn crumbs_are_left_out() {
+        let triangles = [[5, 6, 7], [0, 1, 2], [3, 4, 1], [4, 3, 0]];
+        assert_eq!(largest_piece(8, &triangles), triangles[1..]);
     }
 
     #[test]
