@@ -44,7 +44,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "scene",
-        help: "make a scene of any size; run with --release: scene isosurface|pipes --triangles N -o DIR [--seed S]",
+        help: "make a scene of any size; run with --release: scene atrium|cornell|isosurface|pipes|statue --triangles N -o DIR [--seed S]",
         run: scene::task,
     },
 ];

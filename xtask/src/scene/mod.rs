@@ -3,15 +3,26 @@
 //! Scenes are streamed to PLY files, with a scene file beside them, so that memory does not grow with the number of
 //! triangles. Same name, size and seed, same bytes, on every machine: sines are those of the `libm` crate.
 
+mod assembly;
+mod atrium;
+mod cornell;
 mod isosurface;
+mod march;
+mod noise;
 mod pipes;
 mod ply;
 mod random;
+mod refine;
+mod relief;
 mod sink;
+mod statue;
+#[cfg(test)]
+mod testing;
 
 use crate::flags::Flags;
 use crate::output::write_whole;
 use anyhow::{Context, Result, bail};
+use assembly::Part;
 use isosurface::Isosurface;
 use pipes::Plant;
 use ply::PlyWriter;
@@ -19,12 +30,12 @@ use sink::MeshSink;
 use std::path::Path;
 use std::process::ExitCode;
 
-const USAGE: &str =
-    "usage: cargo xtask scene isosurface|pipes --triangles N -o DIR [--seed S]; pipes: [--single-file]";
+const USAGE: &str = "usage: cargo xtask scene atrium|cornell|isosurface|pipes|statue --triangles N -o DIR [--seed S]; \
+     pipes: [--single-file]; statue: [--mesh FILE]";
 
 /// Makes the scene that the first argument names.
 pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
-    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed"], &["--single-file"])?;
+    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed", "--mesh"], &["--single-file"])?;
     let (Some(triangles), Some(folder), [name]) =
         (flags.count("--triangles")?, flags.value("-o"), flags.rest.as_slice())
     else {
@@ -34,8 +45,17 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let made = match name.as_str() {
+        "atrium" => {
+            let parts = atrium::parts(triangles, seed)?;
+            make_parts(folder, triangles, &parts, &atrium::file_names(), &atrium::scene())?
+        }
+        "cornell" => {
+            let parts = cornell::parts(triangles, seed)?;
+            make_parts(folder, triangles, &parts, &cornell::MATERIALS, cornell::SCENE)?
+        }
         "isosurface" => make_isosurface(folder, triangles, seed)?,
         "pipes" => make_pipes(folder, triangles, seed, flags.has("--single-file"))?,
+        "statue" => make_statue(folder, triangles, seed, flags.value("--mesh"))?,
         _ => bail!("there is no scene '{name}'; {USAGE}"),
     };
     println!("{}: {made} triangles", folder.join("scene.toml").display());
@@ -49,6 +69,21 @@ fn make_isosurface(folder: &Path, triangles: u64, seed: u64) -> Result<u64> {
     let made = writer.triangles();
     writer.finish()?;
     write_whole(&folder.join("scene.toml"), isosurface::SCENE.as_bytes())?;
+    Ok(made)
+}
+
+fn make_statue(folder: &Path, triangles: u64, seed: u64, mesh: Option<&str>) -> Result<u64> {
+    let (parts, scene) = match mesh {
+        Some(path) => (statue::parts_of_mesh(Path::new(path), triangles, seed)?, statue::scene_of_mesh()),
+        None => (statue::parts(triangles, seed)?, statue::scene()),
+    };
+    make_parts(folder, triangles, &parts, &[statue::MATERIAL], &scene)
+}
+
+/// Refines parts until there are as many triangles as are asked for, and writes a file for each material.
+fn make_parts(folder: &Path, triangles: u64, parts: &[Part], materials: &[&str], scene: &str) -> Result<u64> {
+    let made = assembly::write(parts, assembly::edge_for(parts, triangles), folder, materials)?;
+    write_whole(&folder.join("scene.toml"), scene.as_bytes())?;
     Ok(made)
 }
 
@@ -94,6 +129,9 @@ mod tests {
             ("isosurface --triangles 20K", 20_000.0),
             ("pipes --triangles 50K --seed 2", 50_000.0),
             ("pipes --triangles 50K --single-file", 50_000.0),
+            ("statue --triangles 50K --seed 2", 50_000.0),
+            ("atrium --triangles 50K", 50_000.0),
+            ("cornell --triangles 50K", 50_000.0),
         ] {
             let [first, second] = [(); 2].map(|()| tempfile::tempdir().unwrap());
             let files = make(line, first.path());
@@ -104,6 +142,23 @@ mod tests {
             assert!((report.manifest.triangles as f64 / count - 1.0).abs() < 0.02, "{line}");
             assert!(report.warnings.is_empty(), "{line}: {:?}", report.warnings);
         }
+    }
+
+    #[test]
+    fn meshes_of_files_are_refined() {
+        let [folder, first, second] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+        let model = folder.path().join("model.obj");
+        std::fs::write(&model, crate::sample_mesh::obj()).unwrap();
+        let line = format!("statue --triangles 60K --mesh {}", model.display());
+        let files = make(&line, first.path());
+        assert!(files == make(&line, second.path()));
+        let scene = first.path().join("scene.toml");
+        let pack = second.path().join("scene.rsp");
+        let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+        assert!((report.manifest.triangles as f64 / 6e4 - 1.0).abs() < 0.02);
+        let few = line.replace("60K", "5K");
+        let arguments: Vec<String> = few.split_whitespace().chain(["-o", "."]).map(str::to_owned).collect();
+        assert!(task(Path::new(""), &arguments).unwrap_err().to_string().contains("7680 triangles"));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! It is computed for a whole layer of the grid at a time: sines and noise lattices are products of functions of one
 //! coordinate, so that a grid point costs a few multiplications.
 
+use crate::scene::march::Field;
 use crate::scene::random::unit_of;
 use std::f64::consts::TAU;
 
@@ -15,16 +16,16 @@ const CELLS_PER_PERIOD: f64 = 1.7;
 const AMPLITUDE: f64 = 2.4;
 
 /// The function, sampled at `cells` + 1 points along each axis.
-pub struct Field {
+pub struct Noisy {
     /// Points along an axis.
     side: usize,
     sines: Vec<[f64; 2]>,
     octaves: Vec<Octave>,
 }
 
-impl Field {
+impl Noisy {
     /// With so many periods of the gyroid along the cube.
-    pub fn new(cells: usize, periods: f64, seed: u64) -> Field {
+    pub fn new(cells: usize, periods: f64, seed: u64) -> Noisy {
         let at = |i: usize| i as f64 / cells as f64;
         // Away from the symmetries of the gyroid at its origin.
         let phase = 0.137;
@@ -37,11 +38,12 @@ impl Field {
                 .map(|i| Place::new(at(i) * periods * CELLS_PER_PERIOD * f64::from(1 << number) + 0.37))
                 .collect(),
         };
-        Field { side: cells + 1, sines: sines.collect(), octaves: (0..OCTAVES).map(octave).collect() }
+        Noisy { side: cells + 1, sines: sines.collect(), octaves: (0..OCTAVES).map(octave).collect() }
     }
+}
 
-    /// All values of the layer `z`, rows along x.
-    pub fn layer(&self, z: usize, out: &mut Vec<f64>) {
+impl Field for Noisy {
+    fn layer(&mut self, z: usize, out: &mut Vec<f64>) {
         out.clear();
         let [sin_z, cos_z] = self.sines[z];
         for &[sin_y, cos_y] in &self.sines {
@@ -106,7 +108,7 @@ mod tests {
 
     #[test]
     fn neighbors_are_alike() {
-        let field = Field::new(64, 1.0, 3);
+        let mut field = Noisy::new(64, 1.0, 3);
         let [mut below, mut above] = [Vec::new(), Vec::new()];
         field.layer(20, &mut below);
         field.layer(21, &mut above);

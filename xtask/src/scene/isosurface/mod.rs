@@ -1,12 +1,11 @@
 //! A large isosurface, as simulations make them: the stand-in for scans and simulation data of any size.
 
-mod cube;
 mod field;
-mod march;
 
+use super::march::{Cells, march};
 use super::sink::{Counter, MeshSink};
 use anyhow::{Result, bail};
-use field::Field;
+pub use field::Noisy;
 
 /// Periods of the gyroid along the cube.
 const PERIODS: f64 = 6.0;
@@ -81,7 +80,8 @@ impl Isosurface {
 
     /// Puts the surface into `sink`.
     pub fn generate(&self, sink: &mut impl MeshSink) -> Result<()> {
-        march::march(&Field::new(self.cells, self.periods, self.seed), self.cells, sink)
+        let cells = Cells { counts: [self.cells; 3], size: 1.0 / self.cells as f64 };
+        march(&mut Noisy::new(self.cells, self.periods, self.seed), cells, sink)
     }
 }
 

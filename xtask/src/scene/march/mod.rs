@@ -1,23 +1,40 @@
 //! Marching cubes (Lorensen, Cline 1987) layer by layer: two layers of values and the vertices on their edges are
 //! all that is held.
 
-use super::cube::{CaseTable, case_table, edge_corners};
-use super::field::Field;
-use crate::scene::sink::MeshSink;
+mod cube;
+
+use super::sink::MeshSink;
 use anyhow::Result;
+use cube::{CaseTable, case_table, edge_corners};
 
 /// A vertex stays so far from the ends of its edge, in edges, so that no triangle is without area.
 const MARGIN: f64 = 1.0 / 64.0;
 /// The place of an edge that the surface does not cross.
 const NONE: u32 = u32::MAX;
 
-/// Puts the surface where `field` is 0 in the unit cube, of `cells` cells a side, into `sink`. Fronts look to where
-/// the field is positive. Open at the border of the cube, closed elsewhere.
-pub fn march(field: &Field, cells: usize, sink: &mut impl MeshSink) -> Result<()> {
-    let grid = Grid { side: cells + 1, scale: 1.0 / cells as f64, table: case_table() };
+/// A function that is sampled on a grid.
+pub trait Field {
+    /// All values of the layer `z`, rows along x.
+    fn layer(&mut self, z: usize, out: &mut Vec<f64>);
+}
+
+/// A box of cubes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cells {
+    /// How many there are along each axis.
+    pub counts: [usize; 3],
+    /// Length of one. The box begins at the origin.
+    pub size: f64,
+}
+
+/// Puts the surface where `field` is 0 into `sink`. Fronts look to where the field is positive. Open at the border
+/// of the box, closed elsewhere.
+pub fn march(field: &mut impl Field, cells: Cells, sink: &mut impl MeshSink) -> Result<()> {
+    let [columns, rows, layers] = cells.counts;
+    let grid = Grid { columns: columns + 1, rows: rows + 1, scale: cells.size, table: case_table() };
     let [mut below, mut above] = [Layer::default(), Layer::default()];
     let mut upright = Vec::new();
-    for z in 0..=cells {
+    for z in 0..=layers {
         field.layer(z, &mut above.values);
         grid.flat_edges(z, &mut above, sink)?;
         if z > 0 {
@@ -38,8 +55,10 @@ struct Layer {
 }
 
 struct Grid {
-    /// Points along an axis.
-    side: usize,
+    /// Points along x.
+    columns: usize,
+    /// Points along y.
+    rows: usize,
     /// Length of a cell.
     scale: f64,
     table: CaseTable,
@@ -51,10 +70,10 @@ impl Grid {
         let values = &layer.values;
         for (axis, edges) in layer.edges.iter_mut().enumerate() {
             edges.clear();
-            let step = if axis == 0 { 1 } else { self.side };
+            let [step, side] = [[1, self.columns], [self.columns, self.rows]][axis];
             for at in 0..values.len() {
-                let position = [at % self.side, at / self.side, z];
-                let end = (position[axis] + 1 < self.side).then(|| values[at + step]);
+                let position = self.point(at, z);
+                let end = (position[axis] + 1 < side).then(|| values[at + step]);
                 edges.push(self.crossing(position, axis, values[at], end, sink)?);
             }
         }
@@ -72,9 +91,13 @@ impl Grid {
     ) -> Result<()> {
         edges.clear();
         for (at, (&from, &to)) in below.values.iter().zip(&above.values).enumerate() {
-            edges.push(self.crossing([at % self.side, at / self.side, z], 2, from, Some(to), sink)?);
+            edges.push(self.crossing(self.point(at, z), 2, from, Some(to), sink)?);
         }
         Ok(())
+    }
+
+    fn point(&self, at: usize, z: usize) -> [usize; 3] {
+        [at % self.columns, at / self.columns, z]
     }
 
     /// The vertex on the edge from `position`, if it is crossed and does not lead out of the grid.
@@ -93,9 +116,9 @@ impl Grid {
     }
 
     fn cells(&self, below: &Layer, above: &Layer, upright: &[u32], sink: &mut impl MeshSink) -> Result<()> {
-        let cells = self.side - 1;
-        let offsets = [0, 1, self.side, self.side + 1];
-        for at in (0..cells).flat_map(|y| (0..cells).map(move |x| y * (cells + 1) + x)) {
+        let columns = self.columns;
+        let offsets = [0, 1, columns, columns + 1];
+        for at in (0..self.rows - 1).flat_map(|y| (0..columns - 1).map(move |x| y * columns + x)) {
             let bit = |corner: usize| {
                 let layer = if corner < 4 { below } else { above };
                 u8::from(is_inside(layer.values[at + offsets[corner % 4]])) << corner
@@ -122,15 +145,18 @@ fn is_inside(value: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::isosurface::Noisy;
     use crate::scene::sink::Kept;
     use std::collections::HashMap;
+
+    const CELLS: Cells = Cells { counts: [24; 3], size: 1.0 / 24.0 };
 
     /// Border edges and how often the others are used, told apart by direction.
     #[test]
     fn closed_but_at_the_border() {
         for seed in 0..4 {
             let mut mesh = Kept::default();
-            march(&Field::new(24, 2.5, seed), 24, &mut mesh).unwrap();
+            march(&mut Noisy::new(24, 2.5, seed), CELLS, &mut mesh).unwrap();
             let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
             for [a, b, c] in &mesh.triangles {
                 [[*a, *b], [*b, *c], [*c, *a]]
@@ -153,7 +179,7 @@ mod tests {
     #[test]
     fn no_triangle_is_without_area() {
         let mut mesh = Kept::default();
-        march(&Field::new(24, 2.5, 1), 24, &mut mesh).unwrap();
+        march(&mut Noisy::new(24, 2.5, 1), CELLS, &mut mesh).unwrap();
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|v| glam::Vec3::from_array(mesh.positions[v as usize]));
             assert!((b - a).cross(c - a).length() > 0.0);
