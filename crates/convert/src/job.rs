@@ -216,6 +216,13 @@ fn scratch_folder(place: &Path, output: &Path) -> PathBuf {
     place.join(format!("raystrips-{:016x}.partial", hasher.finish()))
 }
 
+/// Bytes in the folders of the conversion to `output` with scratch files in `place`.
+pub(crate) fn used_bytes(output: &Path, place: &Path) -> u64 {
+    let folders = [folder_of(output), scratch_folder(place, output)];
+    let files = folders.iter().flat_map(std::fs::read_dir).flatten().flatten();
+    files.filter_map(|file| file.metadata().ok()).map(|metadata| metadata.len()).sum()
+}
+
 /// Says what the conversion does. Whatever of this changes, what was done before is of no use. Threads and memory are
 /// not in it: they change nothing.
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {

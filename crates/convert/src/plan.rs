@@ -1,7 +1,7 @@
 //! What a conversion will take, told before it begins, and refused if there is not enough.
 
 use crate::partition::PIECE_TRIANGLES;
-use crate::{ConvertError, ConvertParams};
+use crate::{ConvertError, ConvertParams, job};
 use raystrips_extmem::disk::free_bytes;
 use raystrips_extmem::spare_memory;
 use raystrips_meshio::survey;
@@ -17,7 +17,7 @@ const BATCH_BYTES: u64 = 12 << 20;
 /// Scratch bytes of a triangle: its corners, and its share of a batch's head.
 const TRIANGLE_BYTES: u64 = 7;
 /// Scratch bytes of a vertex, which may be in several batches; and if positions are f64.
-const VERTEX_BYTES: u64 = 14;
+const VERTEX_BYTES: u64 = 18;
 /// Bytes of a vertex that a text format makes the import keep.
 const KEPT_BYTES: u64 = 24;
 /// Bytes of a triangle in a pack.
@@ -99,7 +99,10 @@ impl Plan {
             (&self.scratch, self.scratch.clone(), self.scratch_bytes),
         ];
         for (path, folder, needed) in needs {
-            let free = free_bytes(&folder).unwrap_or(u64::MAX);
+            // What an earlier run left there is part of what is needed.
+            let free = free_bytes(&folder)
+                .unwrap_or(u64::MAX)
+                .saturating_add(job::used_bytes(output, &self.scratch));
             if free < needed / 4 * 3 {
                 return Err(ConvertError::TooLittleDisk { path: path.to_owned(), needed, free });
             }
