@@ -1,14 +1,15 @@
 //! Bounds the memory of maps that are read in any order.
 //!
-//! A page that is missing brings its neighbors with it, on Linux all that are cached of the 64 KiB around it, so that
-//! reading a million positions without any order would bring in 64 GiB. Counting reads and releasing the map after
-//! some thousand keeps memory small but makes meshes without order ten times slower: nearly every read then is a
-//! fault. So it is counted which blocks have been touched: as long as they fit, nothing has to leave.
+//! A page that is missing brings its neighbors with it: 64 KiB on older kernels of Linux, and since 6.18 all of a large
+//! folio of the page cache, two megabytes where the file was written at a stretch. Reading a thousand positions without
+//! any order may so bring in two gigabytes. Counting reads and releasing the map after some hundred keeps memory small
+//! but makes meshes without order ten times slower: nearly every read then is a fault. So it is counted which blocks
+//! have been touched: as long as they fit, nothing has to leave.
 
 use std::cell::Cell;
 
-/// What Linux maps at once, as a power of two.
-const BLOCK_BITS: u32 = 16;
+/// What Linux maps at once at most, as a power of two.
+const BLOCK_BITS: u32 = 21;
 pub(crate) const BLOCK_BYTES: usize = 1 << BLOCK_BITS;
 /// With less memory for them, meshes without order would take forever.
 const MIN_BYTES: u64 = 96 << 20;
@@ -17,7 +18,7 @@ const MIN_BYTES: u64 = 96 << 20;
 pub(crate) struct Resident {
     /// Bytes by which the map's start is behind the start of a block.
     skew: usize,
-    /// A bit for each block: memory for a 2^19th of the file.
+    /// A bit for each block: memory for a 2^24th of the file.
     blocks: Vec<Cell<u64>>,
     max_count: u64,
     count: Cell<u64>,

@@ -10,7 +10,7 @@ mod values;
 
 pub(crate) use survey::survey;
 
-use crate::emit::{Emitter, Vertices};
+use crate::emit::{Emitter, Vertices, check_corners};
 use crate::kept::Kept;
 use crate::map::Map;
 use crate::resident::Resident;
@@ -155,6 +155,7 @@ impl<'a> Reader<'a, '_> {
             return self.out.polygon(geometry, vertices, &[a, b, c], self.path, || start.place());
         }
         *values = start.clone();
+        check_corners(length.min(values.bytes_left()), self.path, || start.place())?;
         self.corners.clear();
         let impossible = values.indices(item, length, &mut self.corners);
         let impossible = impossible.map_err(|missing| self.row_error(values, missing, element, row))?;

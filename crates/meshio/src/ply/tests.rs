@@ -139,6 +139,15 @@ fn impossible_indices_are_errors_or_dropped() {
 }
 
 #[test]
+fn faces_of_a_million_corners_are_refused() {
+    let corners = (1 << 20) + 1;
+    let list = ASCII.replace("uchar int", "uint int").replace("\n4 0 1 2 3", &format!("\n{corners}"));
+    let text = list + &" 0".repeat(corners);
+    let error = error(text.as_bytes());
+    assert!(matches!(error, ImportError::Unsupported { place: Place::Line(16), .. }), "{error}");
+}
+
+#[test]
 fn broken_headers_are_named() {
     for (from, to) in [
         ("ply", "plx"),
