@@ -12,10 +12,11 @@ pub(crate) use survey::survey;
 
 use crate::emit::{Emitter, Vertices, check_corners};
 use crate::kept::Kept;
-use crate::map::Map;
+use crate::map::{Map, open_regular, read_at};
 use crate::resident::Resident;
 use crate::{ImportError, Place, Result};
 use header::{Element, Encoding, Header, Kind, Scalar};
+use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 use values::{Binary, Missing, Text, Value, Values, decode};
@@ -91,6 +92,7 @@ impl<'a> Reader<'a, '_> {
             self.skip(element, values)?;
             return Ok(PlyVertices::Mapped(Mapped {
                 map: self.map,
+                file: open_regular(self.path).map_err(|e| ImportError::io(self.path, e))?,
                 rows: &self.map[start..values.at()],
                 resident: Resident::new(&self.map[start..values.at()], self.out.options.kept_bytes),
                 range: start..values.at(),
@@ -323,6 +325,9 @@ fn row_offset(element: &Element, property: usize) -> usize {
     element.properties[..property].iter().map(|property| bytes(property.kind)).sum()
 }
 
+/// Bytes of the longest rows that are read without the map; others are longer than any program writes.
+const MAX_ROW_BESIDE: usize = 1 << 10;
+
 enum PlyVertices<'a> {
     Mapped(Mapped<'a>),
     Kept(Kept),
@@ -331,6 +336,8 @@ enum PlyVertices<'a> {
 /// Vertices of a binary file, in place.
 struct Mapped<'a> {
     map: &'a Map,
+    /// The same once more, for reading without the map.
+    file: File,
     rows: &'a [u8],
     resident: Resident,
     /// Where the rows are in the map.
@@ -346,13 +353,40 @@ impl Mapped<'_> {
     fn position(&self, index: u32) -> [f64; 3] {
         let offset = index as usize * self.stride;
         if self.resident.touch(offset) {
-            self.map.release_range(self.range.clone());
+            self.decode(&self.rows[offset..][..self.stride])
+        } else {
+            self.position_beside(offset)
         }
-        let row = &self.rows[offset..][..self.stride];
+    }
+
+    #[inline]
+    fn decode(&self, row: &[u8]) -> [f64; 3] {
         // Rows are whole: `check_count` and `skip` saw to that.
         let axis =
             |i: usize| decode(self.axes[i].1, &row[self.axes[i].0..], self.big_endian).unwrap_or(f64::NAN);
         [axis(0), axis(1), axis(2)]
+    }
+
+    /// Reads a vertex whose block does not fit into memory.
+    #[cold]
+    fn position_beside(&self, offset: usize) -> [f64; 3] {
+        if self.resident.is_stale() {
+            self.release();
+        }
+        let mut bytes = [0; MAX_ROW_BESIDE];
+        if let Some(row) = bytes.get_mut(..self.stride)
+            && read_at(&self.file, (self.range.start + offset) as u64, row).is_ok()
+        {
+            return self.decode(row);
+        }
+        self.release();
+        self.resident.touch(offset);
+        self.decode(&self.rows[offset..][..self.stride])
+    }
+
+    fn release(&self) {
+        self.map.release_range(self.range.clone());
+        self.resident.clear();
     }
 }
 
@@ -375,10 +409,7 @@ impl Vertices for PlyVertices<'_> {
 
     fn release(&self) {
         match self {
-            PlyVertices::Mapped(mapped) => {
-                mapped.map.release_range(mapped.range.clone());
-                mapped.resident.clear();
-            }
+            PlyVertices::Mapped(mapped) => mapped.release(),
             PlyVertices::Kept(kept) => kept.release(),
         }
     }

@@ -210,6 +210,27 @@ fn files_beyond_four_gibibytes() {
 }
 
 #[test]
+fn vertices_without_order_in_little_memory() {
+    // Of these twenty megabytes four are in memory at a time.
+    let count = 2_000_000u32;
+    let mut file =
+        ASCII.replace("ascii", "binary_little_endian").replace("vertex 4", &format!("vertex {count}"));
+    file = file.replace("face 1", "face 100000").replace("uchar int", "uchar uint");
+    file.truncate(file.find("0 0 0 1").unwrap());
+    let mut file = file.into_bytes();
+    (0..count).for_each(|i| file.extend([i as f32, 0.5, (count - i) as f32].map(f32::to_le_bytes).concat()));
+    let corners = |i: u32| [0, 1, 2].map(|corner| (3 * i + corner).wrapping_mul(0x9e37_79b1) % count);
+    (0..100_000).for_each(|i| {
+        file.push(3);
+        file.extend(corners(i).map(u32::to_le_bytes).concat());
+    });
+    let (_dir, path) = write_file("model.ply", &file);
+    let (_, sink) = import_path(&path, &ImportOptions { kept_bytes: 0, ..ImportOptions::default() }).unwrap();
+    let expected = (0..100_000).map(|i| corners(i).map(|v| [f64::from(v), 0.5, f64::from(count - v)]));
+    assert!(sink.triangles().iter().map(|(_, triangle)| *triangle).eq(expected));
+}
+
+#[test]
 fn polygons_are_surveyed() {
     let estimate = |bytes: &[u8]| {
         let (_dir, path) = write_file("model.ply", bytes);
