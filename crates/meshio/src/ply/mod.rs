@@ -7,19 +7,18 @@
 mod header;
 mod survey;
 mod values;
+mod vertices;
 
 pub(crate) use survey::survey;
 
 use crate::emit::{Emitter, Vertices, check_corners};
 use crate::kept::Kept;
-use crate::map::{Map, open_regular, read_at};
-use crate::resident::Resident;
+use crate::map::Map;
 use crate::{ImportError, Place, Result};
 use header::{Element, Encoding, Header, Kind, Scalar};
-use std::fs::File;
-use std::ops::Range;
 use std::path::Path;
-use values::{Binary, Missing, Text, Value, Values, decode};
+use values::{Binary, Missing, Text, Value, Values};
+use vertices::{Mapped, PlyVertices, RowLayout};
 
 /// Bytes read between two reports of progress; their pages leave memory then.
 const BYTES_BETWEEN: usize = 1 << 21;
@@ -90,16 +89,14 @@ impl<'a> Reader<'a, '_> {
         if let (Some(stride), true) = (element.row_bytes(), is_in_place(element, self.header.encoding)) {
             let start = values.at();
             self.skip(element, values)?;
-            return Ok(PlyVertices::Mapped(Mapped {
-                map: self.map,
-                file: open_regular(self.path).map_err(|e| ImportError::io(self.path, e))?,
-                rows: &self.map[start..values.at()],
-                resident: Resident::new(&self.map[start..values.at()], self.out.options.kept_bytes),
-                range: start..values.at(),
+            let layout = RowLayout {
                 stride,
                 axes: axes.map(|(property, scalar)| (row_offset(element, property), scalar)),
                 big_endian: self.header.encoding == Encoding::BigEndian,
-            }));
+            };
+            let memory = self.out.options.kept_bytes;
+            let mapped = Mapped::new(self.path, self.map, start..values.at(), layout, memory)?;
+            return Ok(PlyVertices::Mapped(mapped));
         }
         let options = self.out.options;
         let mut kept = Kept::new(options, options.kept_bytes);
@@ -323,96 +320,6 @@ fn skip_value(values: &mut impl Values, kind: Kind) -> Value<()> {
 fn row_offset(element: &Element, property: usize) -> usize {
     let bytes = |kind| if let Kind::Scalar(scalar) = kind { scalar.bytes() } else { 0 };
     element.properties[..property].iter().map(|property| bytes(property.kind)).sum()
-}
-
-/// Bytes of the longest rows that are read without the map; others are longer than any program writes.
-const MAX_ROW_BESIDE: usize = 1 << 10;
-
-enum PlyVertices<'a> {
-    Mapped(Mapped<'a>),
-    Kept(Kept),
-}
-
-/// Vertices of a binary file, in place.
-struct Mapped<'a> {
-    map: &'a Map,
-    /// The same once more, for reading without the map.
-    file: File,
-    rows: &'a [u8],
-    resident: Resident,
-    /// Where the rows are in the map.
-    range: Range<usize>,
-    stride: usize,
-    /// For x, y and z the offset in the row.
-    axes: [(usize, Scalar); 3],
-    big_endian: bool,
-}
-
-impl Mapped<'_> {
-    #[inline]
-    fn position(&self, index: u32) -> [f64; 3] {
-        let offset = index as usize * self.stride;
-        if self.resident.touch(offset) {
-            self.decode(&self.rows[offset..][..self.stride])
-        } else {
-            self.position_beside(offset)
-        }
-    }
-
-    #[inline]
-    fn decode(&self, row: &[u8]) -> [f64; 3] {
-        // Rows are whole: `check_count` and `skip` saw to that.
-        let axis =
-            |i: usize| decode(self.axes[i].1, &row[self.axes[i].0..], self.big_endian).unwrap_or(f64::NAN);
-        [axis(0), axis(1), axis(2)]
-    }
-
-    /// Reads a vertex whose block does not fit into memory.
-    #[cold]
-    fn position_beside(&self, offset: usize) -> [f64; 3] {
-        if self.resident.is_stale() {
-            self.release();
-        }
-        let mut bytes = [0; MAX_ROW_BESIDE];
-        if let Some(row) = bytes.get_mut(..self.stride)
-            && read_at(&self.file, (self.range.start + offset) as u64, row).is_ok()
-        {
-            return self.decode(row);
-        }
-        self.release();
-        self.resident.touch(offset);
-        self.decode(&self.rows[offset..][..self.stride])
-    }
-
-    fn release(&self) {
-        self.map.release_range(self.range.clone());
-        self.resident.clear();
-    }
-}
-
-impl Vertices for PlyVertices<'_> {
-    #[inline]
-    fn count(&self) -> u64 {
-        match self {
-            PlyVertices::Mapped(mapped) => (mapped.rows.len() / mapped.stride) as u64,
-            PlyVertices::Kept(kept) => kept.count(),
-        }
-    }
-
-    #[inline]
-    fn position(&self, index: u32) -> [f64; 3] {
-        match self {
-            PlyVertices::Mapped(mapped) => mapped.position(index),
-            PlyVertices::Kept(kept) => kept.position(index),
-        }
-    }
-
-    fn release(&self) {
-        match self {
-            PlyVertices::Mapped(mapped) => mapped.release(),
-            PlyVertices::Kept(kept) => kept.release(),
-        }
-    }
 }
 
 #[cfg(test)]
