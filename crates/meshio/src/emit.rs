@@ -16,6 +16,8 @@ const MAX_POSITIONS: usize = 1 << 17;
 /// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
 const MAX_COORDINATE: f64 = 1e18;
 const MAX_WARNINGS: usize = 20;
+/// Corners of a polygon, which takes some sixty bytes of memory for each while it is cut.
+const MAX_CORNERS: u64 = 1 << 20;
 
 /// Where a reader keeps its vertices.
 pub(crate) trait Vertices {
@@ -185,7 +187,10 @@ impl<'a> Emitter<'a> {
         }
         match *corners {
             [a, b, c] => self.triangle(geometry, vertices, [a, b, c]),
-            _ => self.cut_polygon(geometry, vertices, corners),
+            _ => {
+                check_corners(corners.len() as u64, path, place)?;
+                self.cut_polygon(geometry, vertices, corners)
+            }
         }
     }
 
@@ -303,6 +308,16 @@ impl<'a> Emitter<'a> {
         self.report.triangles += batch.triangles.len() as u64;
         self.sink.batch(batch).map_err(ImportError::Sink)
     }
+}
+
+/// Refuses polygons that would take too much memory.
+pub(crate) fn check_corners(count: u64, path: &Path, place: impl FnOnce() -> Place) -> Result<()> {
+    if count <= MAX_CORNERS {
+        return Ok(());
+    }
+    let what =
+        format!("a face has {count} corners, {MAX_CORNERS} at most are read; cut it into smaller ones");
+    Err(ImportError::unsupported(path, place(), what))
 }
 
 /// Finds the place in the batch of a vertex of the file: a hash table of fixed size.

@@ -27,8 +27,12 @@ pub(crate) struct Kept {
 
 enum Chunk {
     Memory(Vec<u8>),
-    /// In the scratch file, and where its map is for [`Resident`].
-    File(Map, usize),
+    /// In the scratch file, from the byte `start` on; its map is at `place` for [`Resident`].
+    File {
+        map: Map,
+        start: u64,
+        place: usize,
+    },
 }
 
 impl Kept {
@@ -74,7 +78,7 @@ impl Kept {
                 let map = self.scratch.map(start, bytes)?;
                 let place = self.full.len() * (bytes + BLOCK_BYTES) + skew(&map);
                 self.resident.grow(place + bytes);
-                Chunk::File(map, place)
+                Chunk::File { map, start, place }
             }
         };
         self.full.push(chunk);
@@ -83,10 +87,21 @@ impl Kept {
 
     fn release_maps(&self) {
         for chunk in &self.full {
-            if let Chunk::File(map, _) = chunk {
+            if let Chunk::File { map, .. } = chunk {
                 map.release();
             }
         }
+        self.resident.clear();
+    }
+
+    /// Reads a vertex whose block does not fit into memory.
+    #[cold]
+    fn position_beside(&self, start: u64) -> Option<[f64; 3]> {
+        if self.resident.is_stale() {
+            self.release_maps();
+        }
+        let mut bytes = [0; VERTEX_BYTES];
+        self.scratch.read_at(start, &mut bytes).then(|| decode(&bytes))
     }
 }
 
@@ -102,23 +117,28 @@ impl Vertices for Kept {
         let bytes: &[u8] = match self.full.get((index >> self.chunk_bits) as usize) {
             None => &self.open,
             Some(Chunk::Memory(bytes)) => bytes,
-            Some(Chunk::File(map, place)) => {
-                if self.resident.touch(place + vertex) {
-                    self.release_maps();
+            Some(Chunk::File { map, start, place }) => {
+                if !self.resident.touch(place + vertex)
+                    && let Some(position) = self.position_beside(start + vertex as u64)
+                {
+                    return position;
                 }
                 map
             }
         };
-        let (coordinates, _) = bytes[vertex..][..VERTEX_BYTES].as_chunks();
-        [0, 1, 2].map(|axis| f64::from_le_bytes(coordinates[axis]))
+        decode(&bytes[vertex..][..VERTEX_BYTES])
     }
 
     fn release(&self) {
         if !self.resident.is_empty() {
             self.release_maps();
-            self.resident.clear();
         }
     }
+}
+
+fn decode(vertex: &[u8]) -> [f64; 3] {
+    let (coordinates, _) = vertex.as_chunks();
+    [0, 1, 2].map(|axis| f64::from_le_bytes(coordinates[axis]))
 }
 
 #[cfg(test)]

@@ -69,6 +69,14 @@ impl Deref for Map {
     }
 }
 
+/// Fills `bytes` from `offset` on, without a map.
+pub(crate) fn read_at(file: &File, offset: u64, bytes: &mut [u8]) -> io::Result<()> {
+    #[cfg(unix)]
+    return std::os::unix::fs::FileExt::read_exact_at(file, bytes, offset);
+    #[cfg(not(unix))]
+    return Err(io::ErrorKind::Unsupported.into());
+}
+
 /// Opens a file, but no folder, pipe or device: those can block or never end.
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
     if !std::fs::metadata(path)?.is_file() {

@@ -1,6 +1,6 @@
 //! An unnamed file for what does not fit into memory: it is gone when the process is, however that ends.
 
-use crate::map::Map;
+use crate::map::{Map, read_at};
 use crate::{ImportError, ImportOptions, Result};
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -40,6 +40,11 @@ impl Scratch {
         map.unwrap_or_else(|| Err(io::ErrorKind::UnexpectedEof.into())).map_err(|source| self.error(source))
     }
 
+    /// Fills `bytes` with what `append` has written at `start`; false if that cannot be read this way.
+    pub fn read_at(&self, start: u64, bytes: &mut [u8]) -> bool {
+        self.file.as_ref().is_some_and(|file| read_at(file, start, bytes).is_ok())
+    }
+
     /// The file, at its start, if anything was ever written.
     pub fn into_file(mut self) -> Result<Option<File>> {
         match self.file.as_mut().map(|file| file.seek(SeekFrom::Start(0))) {
@@ -68,6 +73,8 @@ mod tests {
         let map = scratch.map(3, 4).unwrap();
         map.release();
         assert_eq!(&map[..], b"defg");
+        let mut two = [0; 2];
+        assert!(scratch.read_at(2, &mut two) && &two == b"cd" && !scratch.read_at(6, &mut two));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
         let mut text = String::new();
         scratch.into_file().unwrap().unwrap().read_to_string(&mut text).unwrap();

@@ -127,8 +127,8 @@ impl Vertices for Accessor<'_> {
         }
         let offset = i as usize * elements.stride;
         // Values of sparse accessors count as if they were elsewhere: they are few.
-        if self.resident.touch(offset) {
-            self.buffers.release();
+        if !self.resident.touch(offset) {
+            self.release();
         }
         let element = &elements.bytes[offset..];
         match elements.component {

@@ -7,6 +7,8 @@ use std::path::Path;
 
 /// Large enough to make reading cheap; a longer line makes the buffer grow.
 const CHUNK: usize = 1 << 20;
+/// Enough for faces of a million corners. What has longer lines is no OBJ file, and would fill memory.
+const MAX_LINE: usize = 1 << 26;
 
 /// Reads lines. A line that ends in a backslash goes on in the next one, except for comments.
 pub(super) struct Lines {
@@ -107,6 +109,10 @@ impl Lines {
         self.buffer.copy_within(self.start..self.end, 0);
         self.end -= self.start;
         self.start = 0;
+        if self.end >= MAX_LINE {
+            let what = format!("line {} has more than {MAX_LINE} bytes; split or remove it", self.line);
+            return Err(io::Error::other(what));
+        }
         if self.end == self.buffer.len() {
             self.buffer.resize(2 * self.end, 0);
         }
@@ -164,5 +170,16 @@ mod tests {
     fn lines_longer_than_the_buffer() {
         let text = "x".repeat(3 * CHUNK);
         assert_eq!(lines(format!("{text}\n{text}\\\n{text}\n").as_bytes()).len(), 2);
+    }
+
+    #[test]
+    fn lines_do_not_fill_memory() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(b"a\n").unwrap();
+        file.as_file().set_len(2 * MAX_LINE as u64).unwrap();
+        let mut lines = Lines::open(file.path()).unwrap();
+        assert_eq!(lines.next().unwrap(), Some(&b"a"[..]));
+        let error = lines.next().unwrap_err().to_string();
+        assert!(error.starts_with("line 2 has more than"), "{error}");
     }
 }

@@ -7,18 +7,18 @@
 mod header;
 mod survey;
 mod values;
+mod vertices;
 
 pub(crate) use survey::survey;
 
-use crate::emit::{Emitter, Vertices};
+use crate::emit::{Emitter, Vertices, check_corners};
 use crate::kept::Kept;
 use crate::map::Map;
-use crate::resident::Resident;
 use crate::{ImportError, Place, Result};
 use header::{Element, Encoding, Header, Kind, Scalar};
-use std::ops::Range;
 use std::path::Path;
-use values::{Binary, Missing, Text, Value, Values, decode};
+use values::{Binary, Missing, Text, Value, Values};
+use vertices::{Mapped, PlyVertices, RowLayout};
 
 /// Bytes read between two reports of progress; their pages leave memory then.
 const BYTES_BETWEEN: usize = 1 << 21;
@@ -89,15 +89,14 @@ impl<'a> Reader<'a, '_> {
         if let (Some(stride), true) = (element.row_bytes(), is_in_place(element, self.header.encoding)) {
             let start = values.at();
             self.skip(element, values)?;
-            return Ok(PlyVertices::Mapped(Mapped {
-                map: self.map,
-                rows: &self.map[start..values.at()],
-                resident: Resident::new(&self.map[start..values.at()], self.out.options.kept_bytes),
-                range: start..values.at(),
+            let layout = RowLayout {
                 stride,
                 axes: axes.map(|(property, scalar)| (row_offset(element, property), scalar)),
                 big_endian: self.header.encoding == Encoding::BigEndian,
-            }));
+            };
+            let memory = self.out.options.kept_bytes;
+            let mapped = Mapped::new(self.path, self.map, start..values.at(), layout, memory)?;
+            return Ok(PlyVertices::Mapped(mapped));
         }
         let options = self.out.options;
         let mut kept = Kept::new(options, options.kept_bytes);
@@ -155,6 +154,7 @@ impl<'a> Reader<'a, '_> {
             return self.out.polygon(geometry, vertices, &[a, b, c], self.path, || start.place());
         }
         *values = start.clone();
+        check_corners(length.min(values.bytes_left()), self.path, || start.place())?;
         self.corners.clear();
         let impossible = values.indices(item, length, &mut self.corners);
         let impossible = impossible.map_err(|missing| self.row_error(values, missing, element, row))?;
@@ -320,67 +320,6 @@ fn skip_value(values: &mut impl Values, kind: Kind) -> Value<()> {
 fn row_offset(element: &Element, property: usize) -> usize {
     let bytes = |kind| if let Kind::Scalar(scalar) = kind { scalar.bytes() } else { 0 };
     element.properties[..property].iter().map(|property| bytes(property.kind)).sum()
-}
-
-enum PlyVertices<'a> {
-    Mapped(Mapped<'a>),
-    Kept(Kept),
-}
-
-/// Vertices of a binary file, in place.
-struct Mapped<'a> {
-    map: &'a Map,
-    rows: &'a [u8],
-    resident: Resident,
-    /// Where the rows are in the map.
-    range: Range<usize>,
-    stride: usize,
-    /// For x, y and z the offset in the row.
-    axes: [(usize, Scalar); 3],
-    big_endian: bool,
-}
-
-impl Mapped<'_> {
-    #[inline]
-    fn position(&self, index: u32) -> [f64; 3] {
-        let offset = index as usize * self.stride;
-        if self.resident.touch(offset) {
-            self.map.release_range(self.range.clone());
-        }
-        let row = &self.rows[offset..][..self.stride];
-        // Rows are whole: `check_count` and `skip` saw to that.
-        let axis =
-            |i: usize| decode(self.axes[i].1, &row[self.axes[i].0..], self.big_endian).unwrap_or(f64::NAN);
-        [axis(0), axis(1), axis(2)]
-    }
-}
-
-impl Vertices for PlyVertices<'_> {
-    #[inline]
-    fn count(&self) -> u64 {
-        match self {
-            PlyVertices::Mapped(mapped) => (mapped.rows.len() / mapped.stride) as u64,
-            PlyVertices::Kept(kept) => kept.count(),
-        }
-    }
-
-    #[inline]
-    fn position(&self, index: u32) -> [f64; 3] {
-        match self {
-            PlyVertices::Mapped(mapped) => mapped.position(index),
-            PlyVertices::Kept(kept) => kept.position(index),
-        }
-    }
-
-    fn release(&self) {
-        match self {
-            PlyVertices::Mapped(mapped) => {
-                mapped.map.release_range(mapped.range.clone());
-                mapped.resident.clear();
-            }
-            PlyVertices::Kept(kept) => kept.release(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -139,6 +139,15 @@ fn impossible_indices_are_errors_or_dropped() {
 }
 
 #[test]
+fn faces_of_a_million_corners_are_refused() {
+    let corners = (1 << 20) + 1;
+    let list = ASCII.replace("uchar int", "uint int").replace("\n4 0 1 2 3", &format!("\n{corners}"));
+    let text = list + &" 0".repeat(corners);
+    let error = error(text.as_bytes());
+    assert!(matches!(error, ImportError::Unsupported { place: Place::Line(16), .. }), "{error}");
+}
+
+#[test]
 fn broken_headers_are_named() {
     for (from, to) in [
         ("ply", "plx"),
@@ -198,6 +207,27 @@ fn files_beyond_four_gibibytes() {
     let expected =
         Survey { bytes: end + 13, triangles: 1, vertices: count.into(), kept_vertices: 0, is_exact: true };
     assert_eq!(survey(&[path]).unwrap(), expected);
+}
+
+#[test]
+fn vertices_without_order_in_little_memory() {
+    // Of these twenty megabytes four are in memory at a time.
+    let count = 2_000_000u32;
+    let mut file =
+        ASCII.replace("ascii", "binary_little_endian").replace("vertex 4", &format!("vertex {count}"));
+    file = file.replace("face 1", "face 100000").replace("uchar int", "uchar uint");
+    file.truncate(file.find("0 0 0 1").unwrap());
+    let mut file = file.into_bytes();
+    (0..count).for_each(|i| file.extend([i as f32, 0.5, (count - i) as f32].map(f32::to_le_bytes).concat()));
+    let corners = |i: u32| [0, 1, 2].map(|corner| (3 * i + corner).wrapping_mul(0x9e37_79b1) % count);
+    (0..100_000).for_each(|i| {
+        file.push(3);
+        file.extend(corners(i).map(u32::to_le_bytes).concat());
+    });
+    let (_dir, path) = write_file("model.ply", &file);
+    let (_, sink) = import_path(&path, &ImportOptions { kept_bytes: 0, ..ImportOptions::default() }).unwrap();
+    let expected = (0..100_000).map(|i| corners(i).map(|v| [f64::from(v), 0.5, f64::from(count - v)]));
+    assert!(sink.triangles().iter().map(|(_, triangle)| *triangle).eq(expected));
 }
 
 #[test]
