@@ -24,10 +24,8 @@ struct Head {
 
 /// Positions are f64, not f32.
 const WIDE_POSITIONS: u32 = 1;
-/// Corners are u32, not u16.
-const WIDE_CORNERS: u32 = 2;
 /// There are places in the batch.
-const PLACES: u32 = 4;
+const PLACES: u32 = 2;
 
 /// A block that is read.
 #[derive(Clone, Copy)]
@@ -89,15 +87,11 @@ impl Writer {
         positions.for_each(|p| self.bytes.extend_from_slice(bytemuck::bytes_of(&p)));
     }
 
+    /// Batches have at most 2^16 positions.
     fn corners(&mut self, triangles: &[[u32; 3]]) {
-        if self.head.vertex_count <= 1 << 16 {
-            self.bytes.reserve(triangles.len() * size_of::<[u16; 3]>());
-            for triangle in triangles {
-                self.bytes.extend_from_slice(bytemuck::bytes_of(&triangle.map(|v| v as u16)));
-            }
-        } else {
-            self.head.flags |= WIDE_CORNERS;
-            self.bytes.extend_from_slice(bytemuck::cast_slice(triangles));
+        self.bytes.reserve(triangles.len() * size_of::<[u16; 3]>());
+        for triangle in triangles {
+            self.bytes.extend_from_slice(bytemuck::bytes_of(&triangle.map(|v| v as u16)));
         }
     }
 
@@ -130,10 +124,9 @@ impl<'a> Block<'a> {
         let head: Head = pod_read_unaligned(head);
         let has = |flag| head.flags & flag != 0;
         let position_bytes = if has(WIDE_POSITIONS) { 24 } else { 12 };
-        let corner_bytes = if has(WIDE_CORNERS) { 12 } else { 6 };
         let triangles = head.triangle_count as usize;
         let (positions, rest) = body.split_at_checked(head.vertex_count as usize * position_bytes)?;
-        let (corners, rest) = rest.split_at_checked(triangles * corner_bytes)?;
+        let (corners, rest) = rest.split_at_checked(triangles * size_of::<[u16; 3]>())?;
         let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * triangles } else { 0 })?;
         let whole = crc32c::crc32c(&body[..body.len() - rest.len()]) == head.checksum;
         whole.then_some((Block { head, positions, corners, places }, rest))
@@ -166,14 +159,8 @@ impl<'a> Block<'a> {
 
     /// Corners of the triangles as places among the positions.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + 'a {
-        let wide = self.head.flags & WIDE_CORNERS != 0;
-        self.corners.chunks_exact(if wide { 12 } else { 6 }).map(move |bytes| {
-            if wide {
-                pod_read_unaligned(bytes)
-            } else {
-                pod_read_unaligned::<[u16; 3]>(bytes).map(u32::from)
-            }
-        })
+        let corners = self.corners.chunks_exact(size_of::<[u16; 3]>());
+        corners.map(|bytes| pod_read_unaligned::<[u16; 3]>(bytes).map(u32::from))
     }
 
     /// Number in the input of each triangle; none if ids are not kept.
@@ -191,8 +178,8 @@ mod tests {
     fn blocks_come_back() {
         let mut batch = TriangleBatch {
             geometry: 7,
-            positions: (0..70_000).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
-            triangles: vec![[0, 1, 2], [69_999, 5, 1]],
+            positions: (0..1 << 16).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
+            triangles: vec![[0, 1, 2], [65_535, 5, 1]],
             first_triangle_id: 1 << 40,
         };
         let mut bytes = of_batch(&batch);
@@ -203,8 +190,8 @@ mod tests {
         bytes.extend(of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]));
         let blocks: Vec<Block> = Block::all(&bytes).map(|b| b.unwrap()).collect();
         assert_eq!(blocks.len(), 3);
-        assert_eq!(blocks[0].positions().nth(69_999), Some([69_999.0, 0.5, -1.0]));
-        assert_eq!(blocks[0].triangles().collect::<Vec<_>>(), [[0, 1, 2], [69_999, 5, 1]]);
+        assert_eq!(blocks[0].positions().nth(65_535), Some([65_535.0, 0.5, -1.0]));
+        assert_eq!(blocks[0].triangles().collect::<Vec<_>>(), [[0, 1, 2], [65_535, 5, 1]]);
         assert_eq!(blocks[1].positions().nth(3), Some([0.1, 0.5, -1.0]));
         assert_eq!((blocks[1].geometry(), blocks[1].first_id(), blocks[1].ids().next()), (7, 1 << 40, None));
         assert_eq!(blocks[2].ids().collect::<Vec<_>>(), [14]);

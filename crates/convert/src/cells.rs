@@ -26,6 +26,11 @@ pub(crate) struct KeyGrid {
 }
 
 impl KeyGrid {
+    /// A grid of one cell.
+    pub fn single() -> KeyGrid {
+        KeyGrid { min: Vec3::ZERO, scale: 0.0, outsized_extent: f32::INFINITY }
+    }
+
     pub fn new(bounds: Aabb) -> KeyGrid {
         let extent = bounds.extent().max_element();
         let scale = (1u32 << morton::AXIS_BITS) as f32 / extent;

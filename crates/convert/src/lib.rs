@@ -24,6 +24,7 @@ mod partition;
 mod piece;
 mod plan;
 mod positions;
+mod queue;
 mod report;
 mod sidecar;
 mod top;
@@ -41,13 +42,12 @@ use import::Imported;
 use job::{Found, Job};
 use output::Output;
 use positions::ToPack;
-use rayon::prelude::*;
+use queue::Queue;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
 use raystrips_pack::Manifest;
 use report::Clock;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Parameters of [`convert`].
 #[derive(Clone, Debug)]
@@ -204,14 +204,6 @@ impl Conversion<'_> {
         output: &mut Output,
         job: &mut Job,
     ) -> Result<(), ConvertError> {
-        let total = pieces.sources.iter().map(|piece| piece.triangles).sum();
-        let begun = output.piece_count();
-        let mut first_triangle = pieces.sources[..begun].iter().map(|piece| piece.triangles).sum();
-        let done = AtomicU64::new(first_triangle);
-        let finished = |triangles: usize| {
-            let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
-            self.observer.progress(Stage::Build, before + triangles as u64, total);
-        };
         let context = piece::Context {
             params: self.params,
             output: self.output,
@@ -220,27 +212,8 @@ impl Conversion<'_> {
             shines: &emitters::shining(&imported.scene),
             id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
         };
-        for first in (begun..pieces.sources.len()).step_by(self.plan.pieces_at_a_time) {
-            let end = (first + self.plan.pieces_at_a_time).min(pieces.sources.len());
-            let mut group = Vec::new();
-            for number in first..end {
-                group.push((number, first_triangle));
-                first_triangle += pieces.sources[number].triangles;
-            }
-            let built: Vec<_> = group
-                .into_par_iter()
-                .map(|(number, first)| {
-                    piece::build(&context, number, &pieces.sources[number], first, &finished)
-                })
-                .collect();
-            for piece in built {
-                output.add(piece?, job)?;
-            }
-            if self.observer.is_cancelled() {
-                return Err(ConvertError::Cancelled);
-            }
-        }
-        Ok(())
+        let queue = Queue::new(&context, &pieces.sources, output, job, self.observer);
+        queue.run(self.plan.pieces_at_a_time)
     }
 
     /// The manifest as far as it is known before the pages.

@@ -48,7 +48,7 @@ pub(crate) fn partition(
     to_pack: &ToPack,
     observer: &dyn Observer,
 ) -> Result<Option<Partition>, ConvertError> {
-    let grid = KeyGrid::new(bounds);
+    let grid = if blocks.triangles <= PIECE_TRIANGLES { KeyGrid::single() } else { KeyGrid::new(bounds) };
     let mut cells = Cells::new();
     let (degenerate, position_error) = loop {
         let mut level: FastMap<u64, Tally> = FastMap::default();

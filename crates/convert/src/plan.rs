@@ -48,7 +48,7 @@ pub struct Plan {
     pub scratch_free: Option<u64>,
     /// Guess of the time it takes.
     pub seconds: u64,
-    /// Memory of vertices that the import has to keep, as far as they are to be in memory.
+    /// Memory for vertices while the import needs them.
     pub(crate) kept_bytes: u64,
 }
 
@@ -84,7 +84,7 @@ impl Plan {
             scratch: params.scratch.clone().unwrap_or_else(|| parent(output)),
             scratch_free: free_bytes(&params.scratch.clone().unwrap_or_else(|| parent(output))),
             seconds: survey.triangles / (TRIANGLES_PER_SECOND * threads),
-            kept_bytes: if in_memory { kept } else { spare / 2 },
+            kept_bytes: if in_memory { spare - spools } else { spare / 4 * 3 },
         };
         plan.check_disk(output)?;
         Ok(plan)

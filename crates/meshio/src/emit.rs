@@ -11,8 +11,8 @@ use std::path::Path;
 
 /// Enough for long runs of work, little enough that a few batches fit into a cache.
 const MAX_TRIANGLES: usize = 1 << 16;
-/// Half of [`VertexMap`], so that its probes stay short.
-const MAX_POSITIONS: usize = 1 << 17;
+/// So that 16 bits tell positions of a batch apart. Half of [`VertexMap`], so that its probes stay short.
+const MAX_POSITIONS: usize = 1 << 16;
 /// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
 const MAX_COORDINATE: f64 = 1e18;
 const MAX_WARNINGS: usize = 20;

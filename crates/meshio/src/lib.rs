@@ -36,7 +36,7 @@ use raystrips_geom::scene::SceneDesc;
 use std::io;
 use std::path::PathBuf;
 
-/// Triangles that share a geometry; at most 65,536 of them, and at most 131,072 positions.
+/// Triangles that share a geometry; at most 65,536 of them, and as many positions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleBatch {
     /// Index into [`SceneDesc::geometries`].
