@@ -6,7 +6,6 @@ use crate::stripify::{ClusterMesh, Strip, stripify};
 use crate::{Mesh, StripParams};
 use glam::Vec3;
 use raystrips_geom::Aabb;
-use std::collections::HashMap;
 use std::ops::Range;
 
 /// Most vertices of a cluster.
@@ -29,13 +28,17 @@ pub struct Cluster {
 /// True where `triangles` can be one cluster.
 pub fn fits(mesh: &Mesh, triangles: &[u32]) -> bool {
     triangles.len() <= MAX_TRIANGLES && {
-        let mut seen = SmallSet::default();
-        triangles.iter().flat_map(|&t| mesh.triangles[t as usize]).all(|v| seen.insert(v) <= MAX_VERTICES)
-            && {
-                let mut seen = SmallSet::default();
-                triangles.iter().all(|&t| seen.insert(mesh.geometries[t as usize]) <= MAX_VERTICES)
-            }
+        let vertices = triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
+        let geometries = triangles.iter().map(|&t| mesh.geometries[t as usize]);
+        let first = mesh.geometries[triangles[0] as usize];
+        are_few(vertices) && (geometries.clone().all(|g| g == first) || are_few(geometries))
     }
+}
+
+/// True if there are at most [`MAX_VERTICES`] different values.
+fn are_few(mut values: impl Iterator<Item = u32>) -> bool {
+    let mut seen = SmallMap::default();
+    values.all(|value| usize::from(seen.number(value)) < MAX_VERTICES)
 }
 
 impl Cluster {
@@ -81,49 +84,52 @@ fn renumber_by_first_use(strips: &mut [Strip], positions: &[Vec3]) -> Vec<Vec3> 
 
 /// The triangles of a cluster over its own vertices.
 fn localize(mesh: &Mesh, triangles: &[u32]) -> ClusterMesh {
-    let mut number = HashMap::with_capacity(MAX_VERTICES);
+    let mut numbers = SmallMap::default();
     let mut positions = Vec::with_capacity(MAX_VERTICES);
     let mut local = |v: u32| {
-        *number.entry(v).or_insert_with(|| {
+        let number = numbers.number(v);
+        if usize::from(number) == positions.len() {
             positions.push(mesh.positions[v as usize]);
-            (positions.len() - 1) as u8
-        })
+        }
+        number as u8
     };
     let local_triangles = triangles.iter().map(|&t| mesh.triangles[t as usize].map(&mut local)).collect();
     let geometries = triangles.iter().map(|&t| mesh.geometries[t as usize]).collect();
     ClusterMesh { positions, triangles: local_triangles, geometries }
 }
 
-/// A set of up to [`MAX_VERTICES`] + 1 numbers: open addressing in a fixed table, for a test that runs for every
+/// Numbers up to [`MAX_VERTICES`] + 1 values from 0 on: open addressing in a fixed table, for a test that runs for every
 /// group of triangles near the size of a cluster.
-struct SmallSet {
-    table: [u32; Self::SLOTS],
-    len: usize,
+struct SmallMap {
+    values: [u32; Self::SLOTS],
+    numbers: [u16; Self::SLOTS],
+    len: u16,
 }
 
-impl SmallSet {
+impl SmallMap {
     const SLOTS: usize = 1024;
     /// No mesh piece has so many vertices.
     const FREE: u32 = u32::MAX;
 
-    /// Adds `value` and gives the number of values.
+    /// The number of `value`, which is the next one if it was not there before.
     #[inline]
-    fn insert(&mut self, value: u32) -> usize {
+    fn number(&mut self, value: u32) -> u16 {
         let mut slot = (value.wrapping_mul(0x9E37_79B1) >> 22) as usize;
-        while self.table[slot] != value {
-            if self.table[slot] == Self::FREE {
-                self.table[slot] = value;
+        while self.values[slot] != value {
+            if self.values[slot] == Self::FREE {
+                self.values[slot] = value;
+                self.numbers[slot] = self.len;
                 self.len += 1;
                 break;
             }
             slot = (slot + 1) % Self::SLOTS;
         }
-        self.len
+        self.numbers[slot]
     }
 }
 
-impl Default for SmallSet {
-    fn default() -> SmallSet {
-        SmallSet { table: [Self::FREE; Self::SLOTS], len: 0 }
+impl Default for SmallMap {
+    fn default() -> SmallMap {
+        SmallMap { values: [Self::FREE; Self::SLOTS], numbers: [0; Self::SLOTS], len: 0 }
     }
 }

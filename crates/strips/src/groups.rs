@@ -18,18 +18,34 @@ const EXTRA_NODE: f32 = 0.5;
 pub fn group(bounds: &[Aabb], width: usize) -> Built {
     assert!(!bounds.is_empty(), "no boxes");
     let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-    let tree = Grouping { bounds, width }.split(&mut order, 0);
+    let ranks = [0, 1, 2].map(|axis| ranks(bounds, axis));
+    let costs = vec![0.0; bounds.len()];
+    let tree = Grouping { bounds, width, ranks, costs }.split(&mut order, 0);
     Built { tree, order }
+}
+
+/// The place of each box among all by its center on one axis.
+fn ranks(bounds: &[Aabb], axis: usize) -> Vec<u32> {
+    let center = |i: u32| bounds[i as usize].min[axis] + bounds[i as usize].max[axis];
+    let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
+    order.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+    let mut ranks = vec![0; bounds.len()];
+    order.iter().zip(0..).for_each(|(&i, rank)| ranks[i as usize] = rank);
+    ranks
 }
 
 struct Grouping<'a> {
     bounds: &'a [Aabb],
     width: usize,
+    /// On each axis.
+    ranks: [Vec<u32>; 3],
+    /// Costs of the splits at hand.
+    costs: Vec<f32>,
 }
 
 impl Grouping<'_> {
     /// A hierarchy over `items`, which are items `first..` of all.
-    fn split(&self, items: &mut [u32], first: usize) -> Bvh {
+    fn split(&mut self, items: &mut [u32], first: usize) -> Bvh {
         let bounds = items.iter().fold(Aabb::EMPTY, |all, &i| all.union(self.bounds[i as usize]));
         if items.len() <= self.width {
             return Bvh::Leaf { bounds, items: first..first + items.len() };
@@ -51,15 +67,15 @@ impl Grouping<'_> {
     }
 
     fn sort(&self, items: &mut [u32], axis: usize) {
-        let center = |i: u32| self.bounds[i as usize].min[axis] + self.bounds[i as usize].max[axis];
-        items.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+        items.sort_unstable_by_key(|&i| self.ranks[axis][i as usize]);
     }
 
     /// The cheapest place to split `items` in their order, and its cost.
-    fn best_split(&self, items: &[u32], area: f32) -> (f32, usize) {
-        let nodes = |n: usize| n.div_ceil(self.width);
+    fn best_split(&mut self, items: &[u32], area: f32) -> (f32, usize) {
+        let width = self.width;
+        let nodes = |n: usize| n.div_ceil(width);
         let cost = |n: usize, bounds: &Aabb| bounds.half_area() * nodes(n) as f32;
-        let mut costs = vec![0.0; items.len()];
+        let costs = &mut self.costs;
         let mut right = Aabb::EMPTY;
         for i in (1..items.len()).rev() {
             right = right.union(self.bounds[items[i] as usize]);

@@ -74,22 +74,47 @@ struct Neighbors(Vec<[u16; 3]>);
 
 impl Neighbors {
     fn of(mesh: &ClusterMesh) -> Neighbors {
-        let edge = |t: &[u8; 3], k: usize| (u16::from(t[k]) << 8) | u16::from(t[(k + 1) % 3]);
-        let mut edges: Vec<(u16, u16)> = Vec::with_capacity(mesh.triangles.len() * 3);
-        for (t, i) in mesh.triangles.iter().zip(0u16..) {
-            edges.extend((0..3).map(|k| (edge(t, k), i)));
-        }
-        edges.sort_unstable();
+        let edges = DirectedEdges::of(mesh);
         let across = |i: usize, k: usize| {
-            let wanted = edge(&mesh.triangles[i], k).rotate_left(8);
-            let first = edges.partition_point(|&(e, _)| e < wanted);
-            let same_side = edges[first..].iter().take_while(|(e, _)| *e == wanted);
-            same_side
-                .map(|&(_, j)| j)
-                .find(|&j| mesh.geometries[usize::from(j)] == mesh.geometries[i])
-                .unwrap_or(NONE)
+            let t = &mesh.triangles[i];
+            let same_geometry = |&j: &u16| mesh.geometries[usize::from(j)] == mesh.geometries[i];
+            edges.triangles(t[(k + 1) % 3], t[k]).find(same_geometry).unwrap_or(NONE)
         };
         Neighbors((0..mesh.triangles.len()).map(|i| [0, 1, 2].map(|k| across(i, k))).collect())
+    }
+}
+
+/// All edges of a mesh by the vertex that they begin at.
+struct DirectedEdges {
+    /// Where the edges of each vertex begin in `edges`.
+    first: [u16; 257],
+    /// The vertex that an edge ends at and its triangle, in the order of triangles.
+    edges: Vec<(u8, u16)>,
+}
+
+impl DirectedEdges {
+    fn of(mesh: &ClusterMesh) -> DirectedEdges {
+        let mut first = [0; 257];
+        for &v in mesh.triangles.iter().flatten() {
+            first[usize::from(v) + 1] += 1;
+        }
+        (0..256).for_each(|v| first[v + 1] += first[v]);
+        let mut next = first;
+        let mut edges = vec![(0, 0); mesh.triangles.len() * 3];
+        for (t, i) in mesh.triangles.iter().zip(0u16..) {
+            for k in 0..3 {
+                let place = &mut next[usize::from(t[k])];
+                edges[usize::from(*place)] = (t[(k + 1) % 3], i);
+                *place += 1;
+            }
+        }
+        DirectedEdges { first, edges }
+    }
+
+    /// The triangles with an edge from `a` to `b`.
+    fn triangles(&self, a: u8, b: u8) -> impl Iterator<Item = u16> {
+        let range = usize::from(self.first[usize::from(a)])..usize::from(self.first[usize::from(a) + 1]);
+        self.edges[range].iter().filter(move |(end, _)| *end == b).map(|&(_, triangle)| triangle)
     }
 }
 
@@ -143,10 +168,12 @@ struct Search<'a> {
     mesh: &'a ClusterMesh,
     neighbors: &'a Neighbors,
     bounds: Vec<Aabb>,
-    free: Vec<bool>,
+    /// How many free neighbors a triangle has, or that it is taken: a byte each, so that the least is found quickly.
     free_neighbors: Vec<u8>,
     strip_cost: f32,
 }
+
+const TAKEN: u8 = u8::MAX;
 
 impl<'a> Search<'a> {
     fn new(mesh: &'a ClusterMesh, neighbors: &'a Neighbors) -> Search<'a> {
@@ -157,7 +184,6 @@ impl<'a> Search<'a> {
         Search {
             mesh,
             neighbors,
-            free: vec![true; bounds.len()],
             free_neighbors: neighbors.0.iter().map(count).collect(),
             strip_cost: mean_area * STRIP_COST,
             bounds,
@@ -166,8 +192,8 @@ impl<'a> Search<'a> {
 
     /// The free triangle with fewest free neighbors, the first of them.
     fn next_start(&self) -> Option<u16> {
-        let free = (0..self.free.len()).filter(|&i| self.free[i]);
-        free.min_by_key(|&i| self.free_neighbors[i]).map(|i| i as u16)
+        let fewest = self.free_neighbors.iter().copied().min().filter(|&count| count != TAKEN)?;
+        self.free_neighbors.iter().position(|&count| count == fewest).map(|i| i as u16)
     }
 
     /// The windows of the best strip from `start`; their triangles are not free any more.
@@ -243,7 +269,7 @@ impl<'a> Search<'a> {
         let t = &self.mesh.triangles[usize::from(triangle)];
         let k = (0..3).find(|&k| t[k] != a && t[k] != b)?;
         let next = self.neighbors.0[usize::from(triangle)][(k + 1) % 3];
-        (next != NONE && self.free[usize::from(next)]).then_some(next)
+        (next != NONE && self.free_neighbors[usize::from(next)] != TAKEN).then_some(next)
     }
 
     /// The corner of `triangle` that is neither `a` nor `b`.
@@ -254,10 +280,12 @@ impl<'a> Search<'a> {
 
     fn take(&mut self, path: &Path) {
         for &t in &path.triangles[..path.len] {
-            self.free[usize::from(t)] = false;
+            self.free_neighbors[usize::from(t)] = TAKEN;
             for n in self.neighbors.0[usize::from(t)].into_iter().filter(|&n| n != NONE) {
                 let count = &mut self.free_neighbors[usize::from(n)];
-                *count = count.saturating_sub(1);
+                if *count != TAKEN {
+                    *count = count.saturating_sub(1);
+                }
             }
         }
     }
