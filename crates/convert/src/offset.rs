@@ -4,6 +4,7 @@
 //! the origin they keep their detail. Scenes that are not far out against their size are left alone, so that
 //! f32 input stays what it was, bit for bit.
 
+use glam::DVec3;
 use raystrips_geom::grid::floor_log2;
 use serde::{Deserialize, Serialize};
 
@@ -21,13 +22,13 @@ impl WorldBounds {
     pub const EMPTY: WorldBounds = WorldBounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
 
     pub fn grow(&mut self, positions: &[[f64; 3]]) {
-        for p in positions {
-            for axis in 0..3 {
-                self.min[axis] = self.min[axis].min(p[axis]);
-                self.max[axis] = self.max[axis].max(p[axis]);
-            }
+        for &position in positions {
+            let position = DVec3::from_array(position);
+            self.min = DVec3::from_array(self.min).min(position).to_array();
+            self.max = DVec3::from_array(self.max).max(position).to_array();
         }
     }
+
     /// Least and greatest corner.
     pub fn corners(&self) -> [[f64; 3]; 2] {
         [self.min, self.max]
