@@ -4,7 +4,7 @@ use crate::models::Mesh;
 use crate::support::Folder;
 
 /// The least for meshes of several pieces, with some room.
-const LITTLE: &str = "--memory 160M";
+const LITTLE: &str = "--memory 160M --threads 2";
 
 /// Several pieces.
 fn folder_with_hills() -> Folder {
@@ -18,7 +18,7 @@ fn the_same_bytes_for_any_memory_and_threads() {
     let folder = folder_with_hills();
     folder.run("convert hills.ply -o a.rsp --keep-ids").done();
     std::fs::create_dir(folder.path("scratch")).unwrap();
-    for options in ["--threads 1", LITTLE, "--threads 3 --memory 200M --scratch scratch"] {
+    for options in ["--threads 1", LITTLE, "--threads 3 --memory 180M --scratch scratch"] {
         let outcome = folder.run(&format!("convert hills.ply -o b.rsp --keep-ids --json {options}"));
         assert_eq!(outcome.code, Some(0), "{outcome:#?}");
         assert!(folder.read("a.rsp") == folder.read("b.rsp"), "{options}");
@@ -39,10 +39,29 @@ fn formats_and_their_order_do_not_matter_to_the_memory() {
     folder.write("turned.obj", [faces, vertices].concat().join("\n"));
     for name in ["hills.obj", "turned.obj"] {
         folder.run(&format!("convert {name} -o a.rsp")).done();
-        let outcome = folder.run(&format!("convert {name} -o b.rsp --memory 140M"));
+        let outcome = folder.run(&format!("convert {name} -o b.rsp {LITTLE}"));
         assert_eq!(outcome.code, Some(0), "{outcome:#?}");
         assert!(folder.read("a.rsp") == folder.read("b.rsp"), "{name}");
     }
+}
+
+#[test]
+fn materials_that_change_with_every_face_cost_no_memory() {
+    let folder = Folder::new();
+    let mut text = String::new();
+    for (i, line) in Mesh::hills(400).obj(&[]).lines().enumerate() {
+        if line.starts_with('f') {
+            text += ["usemtl red\n", "usemtl green\n"][i % 2];
+        }
+        text += line;
+        text.push('\n');
+    }
+    folder.write("hills.obj", text);
+    let outcome = folder.run(&format!("convert hills.obj -o a.rsp --json {LITTLE}"));
+    assert_eq!(outcome.code, Some(0), "{outcome:#?}");
+    let told = outcome.json();
+    assert_eq!((&told["triangles"], &told["geometries"]), (&320_000.into(), &2.into()));
+    assert!(told["peak_rss_bytes"].as_u64().unwrap() <= 160 << 20, "{told}");
 }
 
 #[cfg(target_os = "linux")]

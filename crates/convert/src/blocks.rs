@@ -9,11 +9,11 @@ use std::io;
 /// Blocks in the order of the import.
 pub(crate) struct Blocks {
     pub spool: Spool,
-    /// Where each block is.
-    pub extents: Vec<Extent>,
+    /// Where they are, some at a time.
+    pub chunks: Vec<Extent>,
     /// Triangles in them.
     pub triangles: u64,
-    /// Blocks worked on at a time.
+    /// Chunks worked on at a time.
     pub at_a_time: usize,
 }
 
@@ -27,22 +27,21 @@ impl Blocks {
         mut take: impl FnMut(T) -> Result<(), ConvertError>,
     ) -> Result<(), ConvertError> {
         let mut done = 0;
-        for group in self.extents.chunks(self.at_a_time) {
+        let work_on_chunk = |&chunk: &Extent| -> io::Result<Vec<(usize, T)>> {
+            let bytes = self.spool.read(chunk)?;
+            let work = |block: Block| (block.triangle_count(), work(block));
+            Block::all(&bytes).map(|block| block.map(work)).collect()
+        };
+        for group in self.chunks.chunks(self.at_a_time) {
             if observer.is_cancelled() {
                 return Err(ConvertError::Cancelled);
             }
-            let results: Vec<io::Result<(usize, T)>> = group
-                .par_iter()
-                .map(|&extent| {
-                    let bytes = self.spool.read(extent)?;
-                    let block = Block::all(&bytes).next().expect("no block is empty")?;
-                    Ok((block.triangle_count(), work(block)))
-                })
-                .collect();
+            let results: Vec<_> = group.par_iter().map(work_on_chunk).collect();
             for result in results {
-                let (triangles, result) = result.map_err(ConvertError::Scratch)?;
-                done += triangles as u64;
-                take(result)?;
+                for (triangles, result) in result.map_err(ConvertError::Scratch)? {
+                    done += triangles as u64;
+                    take(result)?;
+                }
             }
             observer.progress(stage, done, self.triangles);
         }

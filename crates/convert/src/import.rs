@@ -25,20 +25,20 @@ pub(crate) struct Imported {
     pub dropped: Dropped,
     pub warnings: Vec<String>,
     pub files: Vec<PathBuf>,
-    /// Offset and bytes of each block in the spool.
-    blocks: Vec<(u64, u64)>,
+    /// Offset and bytes of each chunk of blocks in the spool.
+    chunks: Vec<(u64, u64)>,
 }
 
 impl Imported {
     /// The triangles, which are in `spool`.
     pub fn blocks(&self, spool: Spool, at_a_time: usize) -> Blocks {
-        let extents = self.blocks.iter().map(|&(offset, bytes)| Extent { offset, bytes }).collect();
-        Blocks { spool, extents, triangles: self.triangles, at_a_time }
+        let chunks = self.chunks.iter().map(|&(offset, bytes)| Extent { offset, bytes }).collect();
+        Blocks { spool, chunks, triangles: self.triangles, at_a_time }
     }
 
     /// Bytes of all blocks.
     pub fn spool_bytes(&self) -> u64 {
-        self.blocks.iter().map(|(_, bytes)| bytes).sum()
+        self.chunks.iter().map(|(_, bytes)| bytes).sum()
     }
 }
 
@@ -49,10 +49,18 @@ pub(crate) fn import(
     spool: Spool,
     observer: &dyn Observer,
 ) -> Result<(Imported, Spool), ConvertError> {
-    let mut sink =
-        Sink { spool, blocks: Vec::new(), bounds: WorldBounds::EMPTY, id_end: 0, observer, failure: None };
+    let mut sink = Sink {
+        spool,
+        chunk: Vec::new(),
+        chunks: Vec::new(),
+        bounds: WorldBounds::EMPTY,
+        id_end: 0,
+        observer,
+        failure: None,
+    };
     let import = raystrips_meshio::import(inputs, options, &mut sink);
     let import = import.map_err(|e| sink.failure.take().unwrap_or_else(|| e.into()))?;
+    sink.end_chunk().map_err(ConvertError::Scratch)?;
     let mut warnings = import.report.warnings;
     if import.report.warnings_left_out > 0 {
         warnings.push(format!("{} more warnings", import.report.warnings_left_out));
@@ -69,20 +77,36 @@ pub(crate) fn import(
         },
         warnings,
         files: import.report.files,
-        blocks: sink.blocks,
+        chunks: sink.chunks,
     };
     Ok((imported, sink.spool))
 }
 
+/// Bytes of blocks that are read together: the list of chunks stays short even if every triangle is a batch of its own,
+/// as where materials change all the time.
+const CHUNK_BYTES: usize = 1 << 20;
+
 struct Sink<'a> {
     spool: Spool,
-    blocks: Vec<(u64, u64)>,
+    /// Blocks that are not in the spool yet.
+    chunk: Vec<u8>,
+    chunks: Vec<(u64, u64)>,
     bounds: WorldBounds,
     /// One more than the greatest id.
     id_end: u64,
     observer: &'a dyn Observer,
     /// Why a batch was not taken.
     failure: Option<ConvertError>,
+}
+
+impl Sink<'_> {
+    fn end_chunk(&mut self) -> io::Result<()> {
+        if !self.chunk.is_empty() {
+            let extent = self.spool.append(std::mem::take(&mut self.chunk))?;
+            self.chunks.push((extent.offset, extent.bytes));
+        }
+        Ok(())
+    }
 }
 
 impl TriangleSink for Sink<'_> {
@@ -93,14 +117,14 @@ impl TriangleSink for Sink<'_> {
         }
         self.bounds.grow(&batch.positions);
         self.id_end = self.id_end.max(batch.first_triangle_id + batch.triangles.len() as u64);
-        match self.spool.append(block::of_batch(&batch)) {
-            Ok(extent) => self.blocks.push((extent.offset, extent.bytes)),
-            Err(e) => {
-                self.failure = Some(ConvertError::Scratch(e));
-                return Err(io::ErrorKind::Other.into());
-            }
+        self.chunk.append(&mut block::of_batch(&batch));
+        if self.chunk.len() < CHUNK_BYTES {
+            return Ok(());
         }
-        Ok(())
+        self.end_chunk().map_err(|e| {
+            self.failure = Some(ConvertError::Scratch(e));
+            io::ErrorKind::Other.into()
+        })
     }
 
     fn progress(&mut self, progress: raystrips_meshio::Progress) {

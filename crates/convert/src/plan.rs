@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// Memory of a conversion apart from all that is named below: the program, buffers, batches on their way, pages of
 /// mapped files. Measured, as the others.
-const BASE_BYTES: u64 = 72 << 20;
+const BASE_BYTES: u64 = 60 << 20;
+/// What the allocator keeps for each thread.
+const THREAD_BYTES: u64 = 6 << 20;
 /// Memory in which a piece is built, a triangle.
 const PIECE_BYTES_PER_TRIANGLE: u64 = 260;
 /// Memory for each thread that works on batches, while there are no pieces yet.
@@ -62,7 +64,8 @@ impl Plan {
         let memory = params.memory.unwrap_or_else(|| spare_memory().unwrap_or(DEFAULT_MEMORY));
         let threads = rayon::current_num_threads() as u64;
         let piece = PIECE_TRIANGLES.min(survey.triangles) * PIECE_BYTES_PER_TRIANGLE;
-        let least = BASE_BYTES + piece.max(BATCH_BYTES);
+        let base = base_bytes();
+        let least = base + piece.max(BATCH_BYTES);
         if memory < least {
             return Err(ConvertError::TooLittleMemory { given: memory, least });
         }
@@ -71,8 +74,8 @@ impl Plan {
         let spools = 2 * (survey.triangles * TRIANGLE_BYTES + survey.vertices * VERTEX_BYTES) + id_bytes;
         let kept = survey.kept_vertices * KEPT_BYTES;
         let pieces = survey.triangles.div_ceil(PIECE_TRIANGLES / 2).min(threads);
-        let in_memory = BASE_BYTES + pieces * piece + spools + kept <= memory;
-        let spare = memory - BASE_BYTES;
+        let in_memory = base + pieces * piece + spools + kept <= memory;
+        let spare = memory - base;
         let plan = Plan {
             triangles: survey.triangles,
             is_exact: survey.is_exact,
@@ -117,15 +120,20 @@ impl Plan {
 
     /// Batches worked on at a time.
     pub(crate) fn batches_at_a_time(&self) -> usize {
-        let most = ((self.memory - BASE_BYTES) / BATCH_BYTES).max(1) as usize;
+        let most = ((self.memory - base_bytes()) / BATCH_BYTES).max(1) as usize;
         (2 * rayon::current_num_threads()).min(most)
     }
 
     /// Memory for what is kept between the stages.
     pub(crate) fn spool_memory(&self) -> u64 {
         let piece = PIECE_TRIANGLES.min(self.triangles) * PIECE_BYTES_PER_TRIANGLE;
-        (self.memory - BASE_BYTES).saturating_sub(self.pieces_at_a_time as u64 * piece)
+        (self.memory - base_bytes()).saturating_sub(self.pieces_at_a_time as u64 * piece)
     }
+}
+
+/// Memory that is taken whatever is converted, with the threads of the current rayon pool.
+fn base_bytes() -> u64 {
+    BASE_BYTES + THREAD_BYTES * rayon::current_num_threads() as u64
 }
 
 fn parent(path: &Path) -> PathBuf {
