@@ -15,6 +15,8 @@ pub(crate) struct Blocks {
     pub triangles: u64,
     /// Chunks worked on at a time.
     pub at_a_time: usize,
+    /// Give chunks back to the disk once they were distributed.
+    pub is_consumed: bool,
 }
 
 impl Blocks {
@@ -42,6 +44,9 @@ impl Blocks {
                     done += triangles as u64;
                     take(result)?;
                 }
+            }
+            if self.is_consumed && stage == Stage::Distribute {
+                group.iter().for_each(|&chunk| self.spool.discard(chunk));
             }
             observer.progress(stage, done, self.triangles);
         }

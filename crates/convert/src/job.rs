@@ -54,10 +54,12 @@ impl Found {
         match record {
             Record::Imported(imported) => self.imported = Some(imported),
             Record::Gathered(gathered) => self.gathered = Some(gathered),
-            Record::Piece(piece) => {
+            // A piece after one that is not known is of no use.
+            Record::Piece(piece) if piece.number <= self.pieces.len() as u64 => {
                 self.pieces.truncate(piece.number as usize);
                 self.pieces.push(piece);
             }
+            Record::Piece(_) => {}
         }
     }
 }
@@ -131,6 +133,12 @@ impl Job {
     /// Notes a finished import, if it is on disk.
     pub fn note_import(&mut self, imported: &Imported, spool: &Spool) -> Result<(), ConvertError> {
         self.note_synced(spool, || Record::Imported(imported.clone()))
+    }
+
+    /// Notes that there is no import any more.
+    pub fn forget_import(&mut self) -> Result<(), ConvertError> {
+        self.useful = false;
+        self.journal.clear().and_then(|()| self.journal.sync()).map_err(ConvertError::Scratch)
     }
 
     /// An empty spool for gathering pieces.

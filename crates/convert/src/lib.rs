@@ -125,8 +125,14 @@ impl Conversion<'_> {
         let (mut imported, pieces) = match (imported, gathered) {
             (Some(imported), Some(pieces)) => (imported, pieces),
             (imported, _) => {
-                let (imported, blocks) = self.import(imported, job, budget.as_ref())?;
+                let (imported, mut blocks) = self.import(imported, job, budget.as_ref())?;
                 clock.record(Stage::Import);
+                // Incoherent input, of which every triangle brings its own vertices, would take more than twice as much
+                // again: then rather import again after a kill than fill the disk.
+                if imported.spool_bytes() > 2 * self.plan.input_bytes {
+                    job.forget_import()?;
+                    blocks.is_consumed = true;
+                }
                 let pieces = self.pieces(&imported, &blocks, job, budget.as_ref(), &mut clock)?;
                 drop(blocks);
                 job.note_gathered(&pieces)?;

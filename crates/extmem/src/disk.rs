@@ -12,6 +12,19 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
     return None;
 }
 
+/// Gives the blocks of a part of a file back to the disk; what is read there then is zero. Where that cannot be done
+/// nothing is.
+pub fn discard(file: &File, offset: u64, bytes: u64) {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::fs::{FallocateFlags, fallocate};
+        // A file system that cannot keeps the blocks.
+        _ = fallocate(file, FallocateFlags::PUNCH_HOLE | FallocateFlags::KEEP_SIZE, offset, bytes);
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = (file, offset, bytes);
+}
+
 /// Fills `bytes` from `offset` on, whatever else reads the file.
 pub fn read_exact_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<()> {
     #[cfg(unix)]

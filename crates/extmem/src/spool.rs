@@ -1,6 +1,6 @@
 //! Bytes that are appended now and read later: in memory while the budget lasts, then in a file.
 
-use crate::disk::read_exact_at;
+use crate::disk::{discard, read_exact_at};
 use crate::{MemoryBudget, Reservation};
 use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
@@ -98,6 +98,15 @@ impl Spool {
         Ok(Cow::Owned(bytes))
     }
 
+    /// Gives the disk back what `extent` takes there; it cannot be read any more.
+    pub fn discard(&self, extent: Extent) {
+        if let Some(file) = &self.file
+            && extent.offset >= self.file_begin
+        {
+            discard(file, extent.offset - self.file_begin, extent.bytes);
+        }
+    }
+
     /// Brings what is in the file to the disk. False if something is in memory only.
     pub fn sync(&self) -> io::Result<bool> {
         if let Some(file) = &self.file {
@@ -129,6 +138,22 @@ mod tests {
             assert_eq!(spool.sync().unwrap(), matches!(memory, None | Some(0)));
             assert_eq!(path.exists(), memory != Some(1000));
         }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_discarded_takes_no_room() {
+        use std::os::unix::fs::MetadataExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("spool");
+        let mut spool = Spool::new(&path, None);
+        let extents = [1, 2].map(|byte| spool.append(vec![byte; 1 << 20]).unwrap());
+        spool.sync().unwrap();
+        let blocks = || path.metadata().unwrap().blocks();
+        let before = blocks();
+        spool.discard(extents[0]);
+        assert!(blocks() < before, "{before}");
+        assert_eq!(*spool.read(extents[1]).unwrap(), [2; 1 << 20]);
     }
 
     #[test]
