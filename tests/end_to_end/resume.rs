@@ -102,6 +102,32 @@ fn another_input_or_other_parameters_begin_anew() {
 }
 
 #[test]
+fn a_changed_model_of_a_scene_is_not_mixed_with_the_old_one() {
+    let (folder, _, _) = converted();
+    folder.write("scene.toml", "[[model]]\nfile = 'hills.ply'\n");
+    // The scene file is the same, what it names is not; with little memory and with much.
+    for memory in ["--memory 160M", ""] {
+        let command = CONVERT.replace("hills.ply", "scene.toml").replace("--memory 160M", memory);
+        let pack = || folder.path("out/a.rsp.partial/pack").metadata().map_or(0, |pack| pack.len());
+        while pack() < 1 << 20 {
+            folder.write("hills.ply", Mesh::hills(500).ply());
+            let mut running = folder.start(&command);
+            while pack() < 1 << 20 && running.child.try_wait().unwrap().is_none() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            killed_after(running, Duration::ZERO);
+            _ = std::fs::remove_file(folder.path("out/a.rsp"));
+        }
+        folder.write("hills.ply", Mesh::hills(470).ply());
+        assert_eq!(folder.run(&command).code, Some(0));
+        let pack = folder.read("out/a.rsp");
+        assert_eq!(folder.run(&command.replace("out/a.rsp", "b.rsp")).code, Some(0));
+        assert!(folder.read("b.rsp") == pack, "{command}");
+        std::fs::remove_file(folder.path("out/a.rsp")).unwrap();
+    }
+}
+
+#[test]
 fn what_is_damaged_is_done_again() {
     let (folder, pack, _) = converted();
     for name in ["pack", "shared", "journal"] {

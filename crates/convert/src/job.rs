@@ -9,13 +9,13 @@ use crate::distribute::{PieceSource, Pieces};
 use crate::flat_tree::FlatTree;
 use crate::import::Imported;
 use crate::output::PieceRecord;
+use crate::stamp::FileStamp;
 use crate::{ConvertError, ConvertParams};
 use raystrips_extmem::{Begun, Journal, MemoryBudget, ScratchDir, Spool};
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 const JOURNAL: &str = "journal";
 const IMPORTED: &str = "imported";
@@ -24,6 +24,8 @@ const GATHERED: &str = "gathered";
 /// What a record says.
 #[derive(Serialize, Deserialize)]
 enum Record {
+    /// The files that were read: what follows is of no use when one has changed.
+    Files(Vec<FileStamp>),
     Imported(Imported),
     Gathered(Gathered),
     Piece(PieceRecord),
@@ -42,6 +44,7 @@ struct Gathered {
 /// What an earlier run has done.
 #[derive(Default)]
 pub(crate) struct Found {
+    files: Vec<FileStamp>,
     /// The import but for its triangles.
     pub imported: Option<Imported>,
     gathered: Option<Gathered>,
@@ -52,6 +55,7 @@ pub(crate) struct Found {
 impl Found {
     fn recall(&mut self, record: Record) {
         match record {
+            Record::Files(files) => self.files = files,
             Record::Imported(imported) => self.imported = Some(imported),
             Record::Gathered(gathered) => self.gathered = Some(gathered),
             // A piece after one that is not known is of no use.
@@ -94,11 +98,21 @@ impl Job {
             Journal::open(&folder.file(JOURNAL))
         };
         let (journal, records) = prepare().map_err(ConvertError::Scratch)?;
-        let useful = !records.is_empty();
         let mut found = Found::default();
         // A record that cannot be read is as good as none.
         records.iter().map_while(|bytes| decode(bytes)).for_each(|record| found.recall(record));
-        Ok((Job { folder, scratch, journal, useful }, found))
+        let mut job = Job { folder, scratch, journal, useful: !records.is_empty() };
+        if !found.files.iter().all(FileStamp::is_current) {
+            job.forget()?;
+            found = Found::default();
+        }
+        Ok((job, found))
+    }
+
+    /// Forgets all that was noted.
+    fn forget(&mut self) -> Result<(), ConvertError> {
+        self.useful = false;
+        self.journal.clear().and_then(|()| self.journal.sync()).map_err(ConvertError::Scratch)
     }
 
     /// Decides that the files stay for the next run if there is any use in them; tells whether.
@@ -130,15 +144,21 @@ impl Job {
         Spool::reopen(&self.scratch_path().join(IMPORTED), imported.spool_bytes()).ok()
     }
 
-    /// Notes a finished import, if it is on disk.
+    /// Notes a finished import, if it is on disk; in any case which files it has read.
     pub fn note_import(&mut self, imported: &Imported, spool: &Spool) -> Result<(), ConvertError> {
+        self.note_files(imported)?;
         self.note_synced(spool, || Record::Imported(imported.clone()))
     }
 
     /// Notes that there is no import any more.
-    pub fn forget_import(&mut self) -> Result<(), ConvertError> {
-        self.useful = false;
-        self.journal.clear().and_then(|()| self.journal.sync()).map_err(ConvertError::Scratch)
+    pub fn forget_import(&mut self, imported: &Imported) -> Result<(), ConvertError> {
+        self.forget()?;
+        self.note_files(imported)
+    }
+
+    fn note_files(&mut self, imported: &Imported) -> Result<(), ConvertError> {
+        let record = Record::Files(imported.files.iter().map(|path| FileStamp::of(path)).collect());
+        self.journal.append(&encode(&record)).map_err(ConvertError::Scratch)
     }
 
     /// An empty spool for gathering pieces.
@@ -242,11 +262,7 @@ fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
         import.drop_out_of_range,
     );
     for path in inputs {
-        let metadata = path.metadata().ok();
-        let modified = metadata.as_ref().and_then(|m| m.modified().ok()?.duration_since(UNIX_EPOCH).ok());
-        let bytes = metadata.map_or(0, |m| m.len());
-        let path = std::path::absolute(path).unwrap_or(path.clone());
-        text += &format!("{} {bytes} {}\n", path.display(), modified.map_or(0, |d| d.as_nanos()));
+        text += &format!("{:?}\n", FileStamp::of(path));
     }
     text
 }

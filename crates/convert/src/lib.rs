@@ -27,6 +27,7 @@ mod positions;
 mod queue;
 mod report;
 mod sidecar;
+mod stamp;
 mod top;
 
 pub use plan::Plan;
@@ -34,6 +35,7 @@ pub use positions::Positions;
 pub use raystrips_meshio::ImportOptions;
 pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, Stage, Unobserved};
+pub use stamp::FileStamp;
 
 use blocks::Blocks;
 use distribute::Pieces;
@@ -130,7 +132,7 @@ impl Conversion<'_> {
                 // Incoherent input, of which every triangle brings its own vertices, would take more than twice as much
                 // again: then rather import again after a kill than fill the disk.
                 if imported.spool_bytes() > 2 * self.plan.input_bytes {
-                    job.forget_import()?;
+                    job.forget_import(&imported)?;
                     blocks.is_consumed = true;
                 }
                 let pieces = self.pieces(&imported, &blocks, job, budget.as_ref(), &mut clock)?;

@@ -7,18 +7,9 @@ use crate::args::ConvertOptions;
 use crate::commands::convert::convert_with;
 use crate::files::write_whole;
 use anyhow::{Context, Result};
-use serde::{Deserialize, Serialize};
+use raystrips_convert::FileStamp;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
-
-/// A file as it was when it was read; empty and ageless if it was missing.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Source {
-    path: PathBuf,
-    bytes: u64,
-    modified_nanos: u128,
-}
 
 /// The pack of `model`, converted now unless the one in the cache is still good.
 pub fn pack_of(
@@ -38,7 +29,7 @@ pub fn pack_of(
     let list = folder.join(format!("{name}.json"));
     if !is_fresh(&pack, &list) {
         let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
-        let sources: Vec<Source> = report.files.iter().map(|path| source(path)).collect();
+        let sources: Vec<FileStamp> = report.files.iter().map(|path| FileStamp::of(path)).collect();
         write_whole(&list, &serde_json::to_vec_pretty(&sources)?)?;
     }
     Ok(pack)
@@ -60,17 +51,6 @@ fn key(model: &Path, options: &ConvertOptions) -> u64 {
 }
 
 fn is_fresh(pack: &Path, list: &Path) -> bool {
-    let recorded = || -> Option<Vec<Source>> { serde_json::from_slice(&std::fs::read(list).ok()?).ok() };
-    pack.is_file()
-        && recorded().is_some_and(|all| !all.is_empty() && all.iter().all(|s| source(&s.path) == *s))
-}
-
-fn source(path: &Path) -> Source {
-    let metadata = path.metadata().ok();
-    let modified = metadata.as_ref().and_then(|m| m.modified().ok()?.duration_since(UNIX_EPOCH).ok());
-    Source {
-        path: path.to_owned(),
-        bytes: metadata.map_or(0, |m| m.len()),
-        modified_nanos: modified.map_or(0, |d| d.as_nanos()),
-    }
+    let recorded = || -> Option<Vec<FileStamp>> { serde_json::from_slice(&std::fs::read(list).ok()?).ok() };
+    pack.is_file() && recorded().is_some_and(|all| !all.is_empty() && all.iter().all(FileStamp::is_current))
 }
