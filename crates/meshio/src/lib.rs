@@ -11,6 +11,7 @@
 
 mod emit;
 mod error;
+mod export;
 mod gltf;
 mod import;
 mod kept;
@@ -29,6 +30,7 @@ mod survey;
 mod testing;
 
 pub use error::{ImportError, Place};
+pub use export::{ExportFormat, ExportMesh, export};
 pub use import::import;
 pub use survey::{Survey, survey};
 

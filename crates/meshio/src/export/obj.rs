@@ -1,0 +1,20 @@
+//! OBJ text.
+
+use super::ExportMesh;
+use std::io::{self, Write};
+
+pub(super) fn write(mesh: &ExportMesh, out: &mut dyn Write) -> io::Result<()> {
+    for p in mesh.world_positions() {
+        writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+    }
+    for (geometry, triangles) in mesh.by_geometry() {
+        let material = mesh.material_name(geometry).replace(['\n', '\r'], " ");
+        if !material.is_empty() {
+            writeln!(out, "usemtl {material}")?;
+        }
+        for [a, b, c] in triangles.iter().map(|triangle| triangle.map(|v| u64::from(v) + 1)) {
+            writeln!(out, "f {a} {b} {c}")?;
+        }
+    }
+    Ok(())
+}
