@@ -73,6 +73,19 @@ fn the_process_keeps_to_its_budget() {
     assert!((1 << 20..=160 << 20).contains(&peak), "{peak}");
 }
 
+/// Triangles in every cell of space, which share nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_soup_keeps_to_its_budget() {
+    let folder = Folder::new();
+    folder.write("soup.ply", Mesh::soup(1_000_000).ply());
+    let outcome = folder.run("convert soup.ply -o a.rsp --json --memory 280M --threads 2");
+    assert_eq!(outcome.code, Some(0), "{outcome:#?}");
+    let told = outcome.json();
+    assert_eq!((&told["triangles"], &told["vertices"]), (&1_000_000.into(), &3_000_000.into()));
+    assert!(told["peak_rss_bytes"].as_u64().unwrap() <= 280 << 20, "{told}");
+}
+
 #[test]
 fn too_little_is_refused_with_what_would_do() {
     let folder = folder_with_hills();

@@ -61,6 +61,19 @@ impl Mesh {
         })
     }
 
+    /// Small triangles anywhere in a cube, which share nothing.
+    pub fn soup(count: u32) -> Mesh {
+        let number = |i: u32| {
+            let hash = i.wrapping_mul(0x9e37_79b9);
+            let hash = (hash ^ hash >> 15).wrapping_mul(0x85eb_ca6b);
+            f64::from((hash ^ hash >> 13) >> 8) / f64::from(1 << 24)
+        };
+        let corner =
+            |i: u32| [3 * i, 3 * i + 1, 3 * i + 2].map(|k| number(k / 9 * 9 + k % 3) + 0.01 * number(k));
+        let vertices = (0..3 * count).map(|i| corner(i).map(|c| f64::from(c as f32))).collect();
+        Mesh { vertices, triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
+    }
+
     /// As Wavefront OBJ. `materials` cuts the triangles into runs: number of the first triangle, and a name in
     /// `paints.mtl`.
     pub fn obj(&self, materials: &[(usize, &str)]) -> String {

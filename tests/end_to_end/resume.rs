@@ -29,15 +29,29 @@ fn killed_after(mut running: Running, delay: Duration) -> bool {
 
 /// Kills a conversion when there is something in the pack.
 fn killed_in_the_pack(folder: &Folder) {
-    let something =
-        || folder.path("out/a.rsp.partial/pack").metadata().is_ok_and(|pack| pack.len() > 1 << 20);
-    while !something() {
-        let mut running = folder.start(CONVERT);
-        while !something() && running.child.try_wait().unwrap().is_none() {
+    if folder.read_if("out/a.rsp.partial/pack").is_empty() {
+        killed_in_the_pack_of(folder, CONVERT);
+    }
+}
+
+/// The same for any command.
+fn killed_in_the_pack_of(folder: &Folder, command: &str) {
+    killed_in_the_pack_beyond(folder, command, 1 << 20);
+}
+
+/// Starts conversions until one is killed when its pack is longer than `bytes`.
+fn killed_in_the_pack_beyond(folder: &Folder, command: &str, bytes: u64) {
+    let pack = || folder.path("out/a.rsp.partial/pack").metadata().map_or(0, |pack| pack.len());
+    loop {
+        let mut running = folder.start(command);
+        while pack() <= bytes && running.child.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
-        killed_after(running, Duration::ZERO);
+        let killed = killed_after(running, Duration::ZERO);
         _ = std::fs::remove_file(folder.path("out/a.rsp"));
+        if killed && folder.path("out/a.rsp.partial").exists() {
+            return;
+        }
     }
 }
 
@@ -108,16 +122,8 @@ fn a_changed_model_of_a_scene_is_not_mixed_with_the_old_one() {
     // The scene file is the same, what it names is not; with little memory and with much.
     for memory in ["--memory 160M", ""] {
         let command = CONVERT.replace("hills.ply", "scene.toml").replace("--memory 160M", memory);
-        let pack = || folder.path("out/a.rsp.partial/pack").metadata().map_or(0, |pack| pack.len());
-        while pack() < 1 << 20 {
-            folder.write("hills.ply", Mesh::hills(500).ply());
-            let mut running = folder.start(&command);
-            while pack() < 1 << 20 && running.child.try_wait().unwrap().is_none() {
-                std::thread::sleep(Duration::from_millis(1));
-            }
-            killed_after(running, Duration::ZERO);
-            _ = std::fs::remove_file(folder.path("out/a.rsp"));
-        }
+        folder.write("hills.ply", Mesh::hills(500).ply());
+        killed_in_the_pack_of(&folder, &command);
         folder.write("hills.ply", Mesh::hills(470).ply());
         assert_eq!(folder.run(&command).code, Some(0));
         let pack = folder.read("out/a.rsp");
@@ -130,18 +136,81 @@ fn a_changed_model_of_a_scene_is_not_mixed_with_the_old_one() {
 #[test]
 fn what_is_damaged_is_done_again() {
     let (folder, pack, _) = converted();
-    for name in ["pack", "shared", "journal"] {
+    let flip = |at: fn(usize) -> usize| {
+        move |bytes: &mut Vec<u8>| {
+            let at = at(bytes.len());
+            bytes[at] ^= 1;
+        }
+    };
+    let damages: [(&str, &dyn Fn(&mut Vec<u8>)); 8] = [
+        ("pack", &flip(|_| 0)),
+        ("pack", &flip(|length| length - 1)),
+        ("pack", &Vec::clear),
+        ("shared", &flip(|length| length - 1)),
+        ("shared", &Vec::clear),
+        ("journal", &flip(|length| length - 1)),
+        ("journal", &flip(|length| length / 2)),
+        ("gathered", &Vec::clear),
+    ];
+    for (name, damage) in damages {
         killed_in_the_pack(&folder);
         let file = format!("out/a.rsp.partial/{name}");
         let mut bytes = folder.read(&file);
-        if let Some(byte) = bytes.last_mut() {
-            *byte ^= 1;
-        }
+        damage(&mut bytes);
         folder.write(&file, bytes);
         assert_eq!(folder.run(CONVERT).code, Some(0), "{name}");
         assert!(folder.read("out/a.rsp") == pack, "{name}");
         std::fs::remove_file(folder.path("out/a.rsp")).unwrap();
     }
+}
+
+#[test]
+fn damaged_scratch_files_are_told_and_done_again() {
+    let (folder, pack, _) = converted();
+    killed_in_the_pack(&folder);
+    let mut bytes = folder.read("out/a.rsp.partial/gathered");
+    bytes.iter_mut().skip(7).step_by(4096).for_each(|byte| *byte ^= 4);
+    folder.write("out/a.rsp.partial/gathered", bytes);
+    let outcome = folder.run(CONVERT);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("a scratch file is damaged"), "{outcome:#?}");
+    assert_eq!(folder.run(CONVERT).code, Some(0));
+    assert!(folder.read("out/a.rsp") == pack);
+}
+
+#[test]
+fn scratch_files_elsewhere_are_removed_whenever_they_move() {
+    let (folder, pack, _) = converted();
+    for name in ["first", "second"] {
+        std::fs::create_dir(folder.path(name)).unwrap();
+    }
+    for scratch in ["--scratch first", "--scratch second", ""] {
+        killed_in_the_pack_of(&folder, &format!("{CONVERT} {scratch}"));
+    }
+    assert_eq!(folder.run(&format!("{CONVERT} --scratch first")).code, Some(0));
+    assert!(folder.read("out/a.rsp") == pack);
+    for name in ["first", "second"] {
+        assert_eq!(folder.names(name), [""; 0]);
+    }
+}
+
+#[test]
+fn incoherent_input_goes_on_too() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("out")).unwrap();
+    folder.write("hills.ply", Mesh::soup(600_000).ply());
+    assert_eq!(folder.run(CONVERT).code, Some(0));
+    let pack = folder.read("out/a.rsp");
+    std::fs::remove_file(folder.path("out/a.rsp")).unwrap();
+    let mut finished = 0;
+    for _ in 0..3 {
+        finished = finished.max(folder.read_if("out/a.rsp.partial/pack").len());
+        killed_in_the_pack_beyond(&folder, CONVERT, finished as u64 + (1 << 20));
+        if !folder.path("out/a.rsp.partial").exists() {
+            break;
+        }
+    }
+    assert_eq!(folder.run(CONVERT).code, Some(0));
+    assert!(folder.read("out/a.rsp") == pack);
 }
 
 #[test]

@@ -17,7 +17,7 @@ struct Head {
     vertex_count: u32,
     triangle_count: u32,
     flags: u32,
-    /// CRC-32C of what follows the head.
+    /// CRC-32C of the block with zero here.
     checksum: u32,
     reserved: u32,
 }
@@ -96,10 +96,15 @@ impl Writer {
     }
 
     fn finish(mut self) -> Vec<u8> {
-        self.head.checksum = crc32c::crc32c(&self.bytes[size_of::<Head>()..]);
+        self.head.checksum = checksum(self.head, &self.bytes[size_of::<Head>()..]);
         self.bytes[..size_of::<Head>()].copy_from_slice(bytemuck::bytes_of(&self.head));
         self.bytes
     }
+}
+
+fn checksum(head: Head, body: &[u8]) -> u32 {
+    let head = Head { checksum: 0, ..head };
+    crc32c::crc32c_append(crc32c::crc32c(bytemuck::bytes_of(&head)), body)
 }
 
 impl<'a> Block<'a> {
@@ -111,7 +116,7 @@ impl<'a> Block<'a> {
             }
             let Some((block, rest)) = Block::split(bytes) else {
                 bytes = &[];
-                let what = "a scratch file is damaged; try again with --restart, and another --scratch";
+                let what = "a scratch file is damaged; try again, with --scratch on another disk if that does not help";
                 return Some(Err(io::Error::new(io::ErrorKind::InvalidData, what)));
             };
             bytes = rest;
@@ -128,7 +133,7 @@ impl<'a> Block<'a> {
         let (positions, rest) = body.split_at_checked(head.vertex_count as usize * position_bytes)?;
         let (corners, rest) = rest.split_at_checked(triangles * size_of::<[u16; 3]>())?;
         let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * triangles } else { 0 })?;
-        let whole = crc32c::crc32c(&body[..body.len() - rest.len()]) == head.checksum;
+        let whole = checksum(head, &body[..body.len() - rest.len()]) == head.checksum;
         whole.then_some((Block { head, positions, corners, places }, rest))
     }
 
@@ -201,11 +206,12 @@ mod tests {
     #[test]
     fn damage_is_found() {
         let bytes = of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]);
-        for at in size_of::<Head>()..bytes.len() {
+        for at in 0..bytes.len() {
             let mut damaged = bytes.clone();
             damaged[at] ^= 1;
             assert!(Block::all(&damaged).next().unwrap().is_err());
-            assert!(Block::all(&bytes[..at]).next().unwrap().is_err());
+            assert!(at == 0 || Block::all(&bytes[..at]).next().unwrap().is_err());
         }
+        assert!(Block::all(&[0; 256]).next().unwrap().is_err());
     }
 }

@@ -50,6 +50,11 @@ impl Blocks {
             }
             observer.progress(stage, done, self.triangles);
         }
-        Ok(())
+        if done == self.triangles { Ok(()) } else { Err(ConvertError::Scratch(lost_triangles())) }
     }
+}
+
+/// What is wrong if there are not as many triangles in a scratch file as were put there.
+pub(crate) fn lost_triangles() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, "triangles are missing in a scratch file; try again")
 }

@@ -7,7 +7,7 @@ use crate::offset::WorldBounds;
 use crate::{ConvertError, Observer, Stage};
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
-use raystrips_meshio::{ImportOptions, TriangleBatch, TriangleSink};
+use raystrips_meshio::{FileStamp, ImportOptions, TriangleBatch, TriangleSink};
 use raystrips_pack::Dropped;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -24,7 +24,7 @@ pub(crate) struct Imported {
     /// Triangles left out so far.
     pub dropped: Dropped,
     pub warnings: Vec<String>,
-    pub files: Vec<PathBuf>,
+    pub files: Vec<FileStamp>,
     /// Offset and bytes of each chunk of blocks in the spool.
     chunks: Vec<(u64, u64)>,
 }

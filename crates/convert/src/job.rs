@@ -9,9 +9,9 @@ use crate::distribute::{PieceSource, Pieces};
 use crate::flat_tree::FlatTree;
 use crate::import::Imported;
 use crate::output::PieceRecord;
-use crate::stamp::FileStamp;
 use crate::{ConvertError, ConvertParams};
-use raystrips_extmem::{Begun, Journal, MemoryBudget, ScratchDir, Spool};
+use raystrips_extmem::{Begun, Journal, MemoryBudget, ScratchDir, Spool, disk};
+use raystrips_meshio::FileStamp;
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
@@ -26,7 +26,11 @@ const GATHERED: &str = "gathered";
 enum Record {
     /// The files that were read: what follows is of no use when one has changed.
     Files(Vec<FileStamp>),
+    /// Where scratch files are, if not beside the pack.
+    Scratch(PathBuf),
     Imported(Imported),
+    /// The triangles of the import are being consumed.
+    ImportGone,
     Gathered(Gathered),
     Piece(PieceRecord),
 }
@@ -44,7 +48,9 @@ struct Gathered {
 /// What an earlier run has done.
 #[derive(Default)]
 pub(crate) struct Found {
-    files: Vec<FileStamp>,
+    /// The files that it has read.
+    pub files: Vec<FileStamp>,
+    scratch: Option<PathBuf>,
     /// The import but for its triangles.
     pub imported: Option<Imported>,
     gathered: Option<Gathered>,
@@ -56,7 +62,9 @@ impl Found {
     fn recall(&mut self, record: Record) {
         match record {
             Record::Files(files) => self.files = files,
+            Record::Scratch(path) => self.scratch = Some(path),
             Record::Imported(imported) => self.imported = Some(imported),
+            Record::ImportGone => self.imported = None,
             Record::Gathered(gathered) => self.gathered = Some(gathered),
             // A piece after one that is not known is of no use.
             Record::Piece(piece) if piece.number <= self.pieces.len() as u64 => {
@@ -86,10 +94,10 @@ impl Job {
     ) -> Result<(Job, Found), ConvertError> {
         let identity = identity(inputs, params);
         let (folder, begun) = open_folder(&folder_of(output), &identity)?;
-        let scratch =
-            params.scratch.as_ref().map(|place| open_folder(&scratch_folder(place, output), &identity));
-        let (scratch, begun_there) = scratch.transpose()?.unzip();
-        let is_new = begun == Begun::New || begun_there == Some(Begun::New) || params.restart;
+        let scratch_path = params.scratch.as_ref().map(|place| scratch_folder(place, output));
+        let scratch = scratch_path.as_ref().map(|path| open_folder(path, &identity)).transpose()?;
+        let scratch = scratch.map(|(scratch, _)| scratch);
+        let is_new = begun == Begun::New || params.restart;
         let prepare = || {
             if is_new {
                 folder.clear()?;
@@ -103,16 +111,29 @@ impl Job {
         records.iter().map_while(|bytes| decode(bytes)).for_each(|record| found.recall(record));
         let mut job = Job { folder, scratch, journal, useful: !records.is_empty() };
         if !found.files.iter().all(FileStamp::is_current) {
-            job.forget()?;
-            found = Found::default();
+            job.useful = false;
+            job.journal.clear().map_err(ConvertError::Scratch)?;
+            found = Found { scratch: found.scratch, ..Found::default() };
         }
+        job.move_scratch(found.scratch.take(), scratch_path, &identity)?;
         Ok((job, found))
     }
 
-    /// Forgets all that was noted.
-    fn forget(&mut self) -> Result<(), ConvertError> {
-        self.useful = false;
-        self.journal.clear().and_then(|()| self.journal.sync()).map_err(ConvertError::Scratch)
+    /// Notes where scratch files are, and removes those that an earlier run has put elsewhere.
+    fn move_scratch(
+        &mut self,
+        earlier: Option<PathBuf>,
+        now: Option<PathBuf>,
+        identity: &str,
+    ) -> Result<(), ConvertError> {
+        if let Some(earlier) = earlier.filter(|path| Some(path) != now.as_ref() && path.is_dir()) {
+            drop(open_folder(&earlier, identity)?);
+        }
+        now.map_or(Ok(()), |path| self.append(&Record::Scratch(path)))
+    }
+
+    fn append(&mut self, record: &Record) -> Result<(), ConvertError> {
+        self.journal.append(&encode(record)).map_err(ConvertError::Scratch)
     }
 
     /// Decides that the files stay for the next run if there is any use in them; tells whether.
@@ -144,21 +165,16 @@ impl Job {
         Spool::reopen(&self.scratch_path().join(IMPORTED), imported.spool_bytes()).ok()
     }
 
-    /// Notes a finished import, if it is on disk; in any case which files it has read.
+    /// Notes which files were read, and the import, if it is on disk.
     pub fn note_import(&mut self, imported: &Imported, spool: &Spool) -> Result<(), ConvertError> {
-        self.note_files(imported)?;
-        self.note_synced(spool, || Record::Imported(imported.clone()))
+        self.append(&Record::Files(imported.files.clone()))?;
+        self.note_synced(spool, || vec![Record::Imported(imported.clone())])
     }
 
-    /// Notes that there is no import any more.
-    pub fn forget_import(&mut self, imported: &Imported) -> Result<(), ConvertError> {
-        self.forget()?;
-        self.note_files(imported)
-    }
-
-    fn note_files(&mut self, imported: &Imported) -> Result<(), ConvertError> {
-        let record = Record::Files(imported.files.iter().map(|path| FileStamp::of(path)).collect());
-        self.journal.append(&encode(&record)).map_err(ConvertError::Scratch)
+    /// Notes that the triangles of the import are going to be consumed.
+    pub fn note_import_gone(&mut self) -> Result<(), ConvertError> {
+        self.append(&Record::ImportGone)?;
+        self.journal.sync().map_err(ConvertError::Scratch)
     }
 
     /// An empty spool for gathering pieces.
@@ -174,17 +190,23 @@ impl Job {
         Some(Pieces { tree, sources, spool, degenerate, position_error })
     }
 
-    /// Notes gathered pieces, if they are on disk, and removes the import, which is not needed any more.
-    pub fn note_gathered(&mut self, pieces: &Pieces) -> Result<(), ConvertError> {
+    /// Notes gathered pieces of an import, if they are on disk.
+    pub fn note_gathered(&mut self, pieces: &Pieces, imported: &Imported) -> Result<(), ConvertError> {
         self.note_synced(&pieces.spool, || {
-            Record::Gathered(Gathered {
+            let gathered = Gathered {
                 tree: FlatTree::of(&pieces.tree),
                 sources: pieces.sources.clone(),
                 spool_bytes: pieces.spool.length(),
                 degenerate: pieces.degenerate,
                 position_error: pieces.position_error,
-            })
-        })?;
+            };
+            // All but the triangles of the import is still needed.
+            vec![Record::Imported(imported.clone()), Record::Gathered(gathered)]
+        })
+    }
+
+    /// Removes the triangles of the import, which are not needed any more.
+    pub fn remove_import(&self) -> Result<(), ConvertError> {
         match std::fs::remove_file(self.scratch_path().join(IMPORTED)) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(ConvertError::Scratch(e)),
             _ => Ok(()),
@@ -193,15 +215,20 @@ impl Job {
 
     /// Notes a piece in the pack.
     pub fn note_piece(&mut self, piece: PieceRecord) -> Result<(), ConvertError> {
-        self.journal.append(&encode(&Record::Piece(piece))).map_err(ConvertError::Scratch)?;
+        self.append(&Record::Piece(piece))?;
         self.useful = true;
         Ok(())
     }
 
-    fn note_synced(&mut self, spool: &Spool, record: impl FnOnce() -> Record) -> Result<(), ConvertError> {
+    /// Notes what is in `spool` once that is on disk; nothing if part of it is in memory.
+    fn note_synced(
+        &mut self,
+        spool: &Spool,
+        records: impl FnOnce() -> Vec<Record>,
+    ) -> Result<(), ConvertError> {
         let note = || {
             if spool.sync()? {
-                self.journal.append(&encode(&record()))?;
+                records().iter().try_for_each(|record| self.journal.append(&encode(record)))?;
                 self.journal.sync()?;
                 self.useful = true;
             }
@@ -244,11 +271,9 @@ fn scratch_folder(place: &Path, output: &Path) -> PathBuf {
     place.join(format!("raystrips-{:016x}.partial", hasher.finish()))
 }
 
-/// Bytes in the folders of the conversion to `output` with scratch files in `place`.
-pub(crate) fn used_bytes(output: &Path, place: &Path) -> u64 {
-    let folders = [folder_of(output), scratch_folder(place, output)];
-    let files = folders.iter().flat_map(std::fs::read_dir).flatten().flatten();
-    files.filter_map(|file| file.metadata().ok()).map(|metadata| metadata.len()).sum()
+/// Bytes in the folder of the unfinished pack `output`, and of its scratch files in `place`.
+pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
+    (disk::used_bytes(&folder_of(output)), disk::used_bytes(&scratch_folder(place, output)))
 }
 
 /// Says what the conversion does. Whatever of this changes, what was done before is of no use. Threads and memory are

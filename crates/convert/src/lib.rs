@@ -27,15 +27,13 @@ mod positions;
 mod queue;
 mod report;
 mod sidecar;
-mod stamp;
 mod top;
 
 pub use plan::Plan;
 pub use positions::Positions;
-pub use raystrips_meshio::ImportOptions;
+pub use raystrips_meshio::{FileStamp, ImportOptions};
 pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, Stage, Unobserved};
-pub use stamp::FileStamp;
 
 use blocks::Blocks;
 use distribute::Pieces;
@@ -50,6 +48,9 @@ use raystrips_geom::Aabb;
 use raystrips_pack::Manifest;
 use report::Clock;
 use std::path::{Path, PathBuf};
+
+/// Most scratch bytes a triangle of an import whose triangles share their vertices with neighbors in the file.
+const COHERENT_BYTES: u64 = 30;
 
 /// Parameters of [`convert`].
 #[derive(Clone, Debug)]
@@ -121,7 +122,7 @@ struct Conversion<'a> {
 impl Conversion<'_> {
     fn run(&self, job: &mut Job, mut found: Found) -> Result<ConvertReport, ConvertError> {
         let mut clock = Clock::new();
-        let budget = self.plan.is_in_memory().then(|| MemoryBudget::new(self.plan.spool_memory()));
+        let budget = self.plan.is_in_memory().then(|| MemoryBudget::new(self.plan.spool_memory));
         let imported = found.imported.take();
         let gathered = job.gathered(&mut found);
         let (mut imported, pieces) = match (imported, gathered) {
@@ -129,18 +130,22 @@ impl Conversion<'_> {
             (imported, _) => {
                 let (imported, mut blocks) = self.import(imported, job, budget.as_ref())?;
                 clock.record(Stage::Import);
-                // Incoherent input, of which every triangle brings its own vertices, would take more than twice as much
-                // again: then rather import again after a kill than fill the disk.
-                if imported.spool_bytes() > 2 * self.plan.input_bytes {
-                    job.forget_import(&imported)?;
-                    blocks.is_consumed = true;
+                if imported.files != found.files {
+                    found.pieces.clear();
+                }
+                // Incoherent input, of which every triangle brings its own vertices, would take as much again: rather
+                // import again after a kill than fill the disk.
+                blocks.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles;
+                if blocks.is_consumed {
+                    job.note_import_gone()?;
                 }
                 let pieces = self.pieces(&imported, &blocks, job, budget.as_ref(), &mut clock)?;
                 drop(blocks);
-                job.note_gathered(&pieces)?;
+                job.note_gathered(&pieces, &imported)?;
                 (imported, pieces)
             }
         };
+        job.remove_import()?;
         imported.dropped.degenerate = pieces.degenerate;
         let mut manifest = self.manifest(&imported);
         manifest.position_error = pieces.position_error;
@@ -148,7 +153,7 @@ impl Conversion<'_> {
         self.build(&imported, &pieces, &mut output, job)?;
         let tree = pieces.tree;
         drop(pieces.spool);
-        let (manifest, file_bytes) = output.finish(tree, job, self.plan.spool_memory() / 2)?;
+        let (manifest, file_bytes) = output.finish(tree, job, self.plan.sort_memory())?;
         clock.record(Stage::Build);
         let Imported { warnings, files, .. } = imported;
         Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files })
@@ -220,8 +225,8 @@ impl Conversion<'_> {
             shines: &emitters::shining(&imported.scene),
             id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
         };
-        let queue = Queue::new(&context, &pieces.sources, output, job, self.observer);
-        queue.run(self.plan.pieces_at_a_time)
+        let at_a_time = self.plan.pieces_at_a_time;
+        Queue::new(&context, &pieces.sources, output, job, self.observer, at_a_time).run()
     }
 
     /// The manifest as far as it is known before the pages.

@@ -49,20 +49,18 @@ pub(crate) fn partition(
     observer: &dyn Observer,
 ) -> Result<Option<Partition>, ConvertError> {
     let grid = if blocks.triangles <= PIECE_TRIANGLES { KeyGrid::single() } else { KeyGrid::new(bounds) };
-    let mut cells = Cells::new();
+    let mut cells = Cells::new(blocks.triangles, PIECE_TRIANGLES);
     let (degenerate, position_error) = loop {
-        let mut level: FastMap<u64, Tally> = FastMap::default();
+        let mut tallies = cells.tallies();
         let (mut degenerate, mut position_error) = (0, 0f64);
         let count = |block: Block| count(&block, &grid, &cells, to_pack);
         blocks.for_each(Stage::Partition, observer, count, |counted| {
             degenerate += counted.degenerate;
             position_error = position_error.max(counted.position_error);
-            for (cell, tally) in &counted.cells {
-                level.entry(*cell).or_insert(Tally::NONE).add(tally);
-            }
+            counted.cells.iter().for_each(|(&cell, tally)| tallies.add(cell as usize, tally));
             Ok(())
         })?;
-        if !cells.add_level(level, PIECE_TRIANGLES) {
+        if !cells.divide(tallies) {
             break (degenerate, position_error);
         }
     };
@@ -76,6 +74,7 @@ pub(crate) fn partition(
 
 /// What one block adds.
 struct Counted {
+    /// By the places of their cells.
     cells: FastMap<u64, Tally>,
     degenerate: u64,
     position_error: f64,
@@ -110,9 +109,9 @@ fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack) -> Coun
 }
 
 impl Counted {
-    fn add(&mut self, (cell, tally): &(Option<u64>, Tally)) {
+    fn add(&mut self, (cell, tally): &(Option<usize>, Tally)) {
         if let Some(cell) = cell {
-            self.cells.entry(*cell).or_insert(Tally::NONE).add(tally);
+            self.cells.entry(*cell as u64).or_insert(Tally::NONE).add(tally);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One piece, from the scratch file to pages.
 
 use crate::assemble::{Assembled, assemble};
+use crate::blocks::lost_triangles;
 use crate::borders::{self, Position};
 use crate::distribute::PieceSource;
 use crate::emitters::emitters;
@@ -52,6 +53,9 @@ pub(crate) fn build(
         welded.add(&bytes).map_err(ConvertError::Scratch)?;
     }
     let Welded { mesh, ids, .. } = welded.finish();
+    if mesh.triangles.len() as u64 != source.triangles {
+        return Err(ConvertError::Scratch(lost_triangles()));
+    }
     let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(context.boxes, number));
     let emitters = emitters(context.shines, &mesh);
     let built = raystrips_strips::build(&mesh, &context.params.strips, finished);

@@ -1,10 +1,12 @@
 //! What a conversion will take, told before it begins, and refused if there is not enough.
 
+use crate::cells::Cells;
 use crate::partition::PIECE_TRIANGLES;
 use crate::{ConvertError, ConvertParams, job};
 use raystrips_extmem::disk::free_bytes;
 use raystrips_extmem::spare_memory;
-use raystrips_meshio::survey;
+use raystrips_meshio::{Survey, survey};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Memory of a conversion apart from all that is named below: the program, buffers, batches on their way, pages of
@@ -12,8 +14,9 @@ use std::path::{Path, PathBuf};
 const BASE_BYTES: u64 = 60 << 20;
 /// What the allocator keeps for each thread.
 const THREAD_BYTES: u64 = 6 << 20;
-/// Memory in which a piece is built, a triangle.
-const PIECE_BYTES_PER_TRIANGLE: u64 = 260;
+/// Memory in which a piece is built, a triangle and a vertex: the more vertices, the shorter and more the strips.
+const BUILD_TRIANGLE_BYTES: u64 = 160;
+const BUILD_VERTEX_BYTES: u64 = 200;
 /// Memory for each thread that works on batches, while there are no pieces yet.
 const BATCH_BYTES: u64 = 12 << 20;
 /// Scratch bytes of a triangle: its corners, and its share of a batch's head.
@@ -22,8 +25,16 @@ const TRIANGLE_BYTES: u64 = 7;
 const VERTEX_BYTES: u64 = 18;
 /// Bytes of a vertex that a text format makes the import keep.
 const KEPT_BYTES: u64 = 24;
-/// Bytes of a triangle in a pack.
-const PACK_BYTES: u64 = 11;
+/// Scratch bytes of a triangle's place in its batch, if ids are kept.
+const PLACE_BYTES: u64 = 2;
+/// Bytes of a triangle and of a vertex of the input in a pack: vertices that clusters share are there more than once,
+/// but take less than 12 bytes then.
+const PACK_TRIANGLE_BYTES: u64 = 5;
+const PACK_VERTEX_BYTES: u64 = 13;
+/// Bytes of an id, in the unfinished pack and beside it.
+const ID_BYTES: u64 = 16;
+/// Bytes of a short face in a text file.
+const LEAST_TEXT: u64 = 8;
 /// Triangles a second that a processor core converts, for a first guess of the time.
 const TRIANGLES_PER_SECOND: u64 = 500_000;
 /// Where the system does not tell how much memory there is.
@@ -50,8 +61,12 @@ pub struct Plan {
     pub scratch_free: Option<u64>,
     /// Guess of the time it takes.
     pub seconds: u64,
+    /// Memory but for what is taken in any case.
+    spare: u64,
     /// Memory for vertices while the import needs them.
     pub(crate) kept_bytes: u64,
+    /// Memory for what is kept between the stages.
+    pub(crate) spool_memory: u64,
 }
 
 impl Plan {
@@ -60,52 +75,65 @@ impl Plan {
     /// # Errors
     /// If an input cannot be read, and if there is too little memory or disk; the message says how much would do.
     pub fn new(inputs: &[PathBuf], output: &Path, params: &ConvertParams) -> Result<Plan, ConvertError> {
+        let scratch = params.scratch.clone().unwrap_or_else(|| parent(output));
+        if !scratch.is_dir() {
+            let source =
+                io::Error::new(io::ErrorKind::NotADirectory, "there is no such folder; make it first");
+            return Err(ConvertError::Folder { path: scratch, source });
+        }
         let survey = survey(inputs)?;
         let memory = params.memory.unwrap_or_else(|| spare_memory().unwrap_or(DEFAULT_MEMORY));
         let threads = rayon::current_num_threads() as u64;
-        let piece = PIECE_TRIANGLES.min(survey.triangles) * PIECE_BYTES_PER_TRIANGLE;
+        let piece = piece_bytes(&survey);
         let base = base_bytes();
-        let least = base + piece.max(BATCH_BYTES);
+        let least = base + piece.max(BATCH_BYTES).max(Cells::most_bytes(survey.triangles));
         if memory < least {
             return Err(ConvertError::TooLittleMemory { given: memory, least });
         }
         // Batches of the import, then the same in pieces; the import is removed after that.
-        let id_bytes = if params.keep_ids { 2 * survey.triangles } else { 0 };
-        let spools = 2 * (survey.triangles * TRIANGLE_BYTES + survey.vertices * VERTEX_BYTES) + id_bytes;
+        let places = if params.keep_ids { PLACE_BYTES * survey.triangles } else { 0 };
+        let spools = 2 * (survey.triangles * TRIANGLE_BYTES + survey.vertices * VERTEX_BYTES) + places;
         let kept = survey.kept_vertices * KEPT_BYTES;
-        let pieces = survey.triangles.div_ceil(PIECE_TRIANGLES / 2).min(threads);
+        let pieces = survey.triangles.div_ceil(PIECE_TRIANGLES / 2).clamp(1, threads);
         let in_memory = base + pieces * piece + spools + kept <= memory;
         let spare = memory - base;
+        let at_a_time = if in_memory { pieces } else { (spare / piece.max(1)).clamp(1, threads) };
         let plan = Plan {
             triangles: survey.triangles,
             is_exact: survey.is_exact,
             input_bytes: survey.bytes,
             memory,
-            pieces_at_a_time: if in_memory { pieces } else { (spare / piece.max(1)).clamp(1, threads) }
-                as usize,
+            pieces_at_a_time: at_a_time as usize,
             scratch_bytes: if in_memory { 0 } else { spools + kept.saturating_sub(spare / 2) },
-            scratch: params.scratch.clone().unwrap_or_else(|| parent(output)),
-            scratch_free: free_bytes(&params.scratch.clone().unwrap_or_else(|| parent(output))),
+            scratch_free: free_bytes(&scratch),
+            scratch,
             seconds: survey.triangles / (TRIANGLES_PER_SECOND * threads),
+            spare,
             kept_bytes: if in_memory { spare - spools } else { spare / 4 * 3 },
+            spool_memory: spare.saturating_sub(at_a_time * piece),
         };
-        plan.check_disk(output)?;
+        plan.check_disk(output, &survey, params.keep_ids)?;
         Ok(plan)
     }
 
     /// Refuses disks that are too small; a quarter of the estimate may be wrong.
-    fn check_disk(&self, output: &Path) -> Result<(), ConvertError> {
-        let pack = self.triangles * PACK_BYTES;
-        let beside = self.scratch == parent(output);
-        let needs = [
-            (output, parent(output), pack + if beside { self.scratch_bytes } else { 0 }),
-            (&self.scratch, self.scratch.clone(), self.scratch_bytes),
-        ];
-        for (path, folder, needed) in needs {
+    fn check_disk(&self, output: &Path, survey: &Survey, keep_ids: bool) -> Result<(), ConvertError> {
+        let pack = survey.triangles * PACK_TRIANGLE_BYTES + survey.vertices * PACK_VERTEX_BYTES;
+        let pack = pack + if keep_ids { survey.triangles * ID_BYTES } else { 0 };
+        let beside = parent(output);
+        let (pack_used, scratch_used) = job::used_bytes(output, &self.scratch);
+        let needs = if are_on_one_disk(&beside, &self.scratch) {
+            vec![(output, &beside, pack + self.scratch_bytes, pack_used + scratch_used)]
+        } else {
+            let scratch = self.scratch.as_path();
+            vec![
+                (output, &beside, pack, pack_used),
+                (scratch, &self.scratch, self.scratch_bytes, scratch_used),
+            ]
+        };
+        for (path, folder, needed, used) in needs {
             // What an earlier run left there is part of what is needed.
-            let free = free_bytes(&folder)
-                .unwrap_or(u64::MAX)
-                .saturating_add(job::used_bytes(output, &self.scratch));
+            let free = free_bytes(folder).unwrap_or(u64::MAX).saturating_add(used);
             if free < needed / 4 * 3 {
                 return Err(ConvertError::TooLittleDisk { path: path.to_owned(), needed, free });
             }
@@ -120,15 +148,33 @@ impl Plan {
 
     /// Batches worked on at a time.
     pub(crate) fn batches_at_a_time(&self) -> usize {
-        let most = ((self.memory - base_bytes()) / BATCH_BYTES).max(1) as usize;
+        let most = (self.spare / BATCH_BYTES).max(1) as usize;
         (2 * rayon::current_num_threads()).min(most)
     }
 
-    /// Memory for what is kept between the stages.
-    pub(crate) fn spool_memory(&self) -> u64 {
-        let piece = PIECE_TRIANGLES.min(self.triangles) * PIECE_BYTES_PER_TRIANGLE;
-        (self.memory - base_bytes()).saturating_sub(self.pieces_at_a_time as u64 * piece)
+    /// Memory for sorting in the end, when all pieces are built.
+    pub(crate) fn sort_memory(&self) -> u64 {
+        self.spare / 2
     }
+}
+
+/// Memory in which a piece is built: where the number of triangles is a guess, no more than the file can hold.
+fn piece_bytes(survey: &Survey) -> u64 {
+    let most =
+        if survey.is_exact { survey.triangles } else { survey.triangles.max(survey.bytes / LEAST_TEXT) };
+    let triangles = PIECE_TRIANGLES.min(most);
+    let vertices = (triangles * 3).min(triangles.saturating_mul(survey.vertices) / survey.triangles.max(1));
+    triangles * BUILD_TRIANGLE_BYTES + vertices * BUILD_VERTEX_BYTES
+}
+
+fn are_on_one_disk(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        matches!((a.metadata(), b.metadata()), (Ok(a), Ok(b)) if a.dev() == b.dev())
+    }
+    #[cfg(not(unix))]
+    return a == b;
 }
 
 /// Memory that is taken whatever is converted, with the threads of the current rayon pool.

@@ -15,6 +15,7 @@ pub(crate) struct Queue<'a, 'o> {
     context: &'a Context<'a>,
     sources: &'a [PieceSource],
     observer: &'a dyn Observer,
+    at_a_time: usize,
     /// Triangles in strips, and those there are.
     done: AtomicU64,
     total: u64,
@@ -25,39 +26,54 @@ struct State<'a, 'o> {
     /// The next piece to build, and the number of its first triangle.
     next: usize,
     first_triangle: u64,
-    /// Pieces that wait for those before them: about as much as is built at a time.
+    /// Pieces that wait for those before them.
     waiting: BTreeMap<usize, BuiltPiece>,
+    /// Most pieces from the one to be added next to the one to be built next: bounds those that wait.
+    window: usize,
+    /// Builders that ended because the window was full.
+    idle: usize,
     output: &'a mut Output<'o>,
     job: &'a mut Job,
     error: Option<ConvertError>,
 }
 
 impl<'a, 'o> Queue<'a, 'o> {
-    /// All pieces of `sources` that are not in `output` yet.
+    /// All pieces of `sources` that are not in `output` yet, to be built `at_a_time`.
     pub fn new(
         context: &'a Context<'a>,
         sources: &'a [PieceSource],
         output: &'a mut Output<'o>,
         job: &'a mut Job,
         observer: &'a dyn Observer,
+        at_a_time: usize,
     ) -> Queue<'a, 'o> {
         let count = |sources: &[PieceSource]| sources.iter().map(|piece| piece.triangles).sum::<u64>();
         let next = output.piece_count();
         let first_triangle = count(&sources[..next]);
-        let state = State { next, first_triangle, waiting: BTreeMap::new(), output, job, error: None };
+        let state = State {
+            next,
+            first_triangle,
+            waiting: BTreeMap::new(),
+            window: 2 * at_a_time + 1,
+            idle: 0,
+            output,
+            job,
+            error: None,
+        };
         Queue {
             context,
             sources,
             observer,
+            at_a_time,
             done: AtomicU64::new(first_triangle),
             total: count(sources),
             state: Mutex::new(state),
         }
     }
 
-    /// Builds and adds them, `at_a_time`.
-    pub fn run(self, at_a_time: usize) -> Result<(), ConvertError> {
-        rayon::scope(|scope| (0..at_a_time).for_each(|_| scope.spawn(|scope| self.build_next(scope))));
+    /// Builds and adds them.
+    pub fn run(self) -> Result<(), ConvertError> {
+        rayon::scope(|scope| (0..self.at_a_time).for_each(|_| scope.spawn(|scope| self.build_next(scope))));
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         state.error.map_or(Ok(()), Err)
     }
@@ -71,17 +87,21 @@ impl<'a, 'o> Queue<'a, 'o> {
             self.observer.progress(Stage::Build, before + triangles as u64, self.total);
         };
         let built = piece::build(self.context, number, &self.sources[number], first_triangle, &finished);
-        self.lock().add(number, built);
-        scope.spawn(|scope| self.build_next(scope));
+        let builders = self.lock().add(number, built);
+        (0..builders).for_each(|_| scope.spawn(|scope| self.build_next(scope)));
     }
 
-    /// The next piece and the number of its first triangle; none after an error.
+    /// The next piece and the number of its first triangle; none after an error or when too many wait already.
     fn take(&self) -> Option<(usize, u64)> {
         let mut state = self.lock();
         if self.observer.is_cancelled() {
             state.error.get_or_insert(ConvertError::Cancelled);
         }
         if state.error.is_some() {
+            return None;
+        }
+        if state.next >= state.output.piece_count() + state.window {
+            state.idle += 1;
             return None;
         }
         let (number, first_triangle) = (state.next, state.first_triangle);
@@ -96,8 +116,8 @@ impl<'a, 'o> Queue<'a, 'o> {
 }
 
 impl State<'_, '_> {
-    /// Takes a built piece, and adds all to the pack that are next in order.
-    fn add(&mut self, number: usize, built: Result<BuiltPiece, ConvertError>) {
+    /// Takes a built piece, and adds all to the pack that are next in order. Tells how many builders are to go on.
+    fn add(&mut self, number: usize, built: Result<BuiltPiece, ConvertError>) -> usize {
         let added = built.and_then(|piece| {
             self.waiting.insert(number, piece);
             while let Some(piece) = self.waiting.remove(&self.output.piece_count()) {
@@ -108,5 +128,6 @@ impl State<'_, '_> {
         if let Err(error) = added {
             self.error.get_or_insert(error);
         }
+        1 + std::mem::take(&mut self.idle)
     }
 }

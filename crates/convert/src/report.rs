@@ -1,7 +1,7 @@
 //! What a conversion tells while it runs and when it ends.
 
 use crate::Plan;
-use raystrips_meshio::ImportError;
+use raystrips_meshio::{FileStamp, ImportError};
 use raystrips_pack::{Manifest, PackError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -62,8 +62,8 @@ pub struct ConvertReport {
     pub seconds: Vec<(Stage, f64)>,
     /// Things worth knowing about the input, a line each.
     pub warnings: Vec<String>,
-    /// Every file that was read.
-    pub files: Vec<PathBuf>,
+    /// Every file that was read, as it was before.
+    pub files: Vec<FileStamp>,
 }
 
 /// Why there is no pack. Messages name the file.
@@ -150,6 +150,9 @@ impl ConvertError {
         let not_damaged = |e: &io::Error| e.kind() != io::ErrorKind::InvalidData;
         match self {
             ConvertError::Cancelled => true,
+            ConvertError::Import(error) => {
+                matches!(error, ImportError::Io { .. } | ImportError::Scratch { .. })
+            }
             ConvertError::Scratch(source) => not_damaged(source),
             ConvertError::Write { source, .. } => matches!(source, PackError::Io(_)),
             _ => false,

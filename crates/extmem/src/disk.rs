@@ -1,6 +1,6 @@
 //! Files by place, and how much room there is.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io;
 use std::path::Path;
 
@@ -10,6 +10,20 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
     return rustix::fs::statvfs(folder).ok().map(|fs| fs.f_bavail.saturating_mul(fs.f_frsize));
     #[cfg(not(unix))]
     return None;
+}
+
+/// Bytes that the files in `folder` take on their disk; 0 if there is no such folder.
+pub fn used_bytes(folder: &Path) -> u64 {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    files.filter_map(|file| file.metadata().ok()).map(|metadata| bytes_on_disk(&metadata)).sum()
+}
+
+/// Bytes that a file takes: fewer than its length if it has holes.
+pub fn bytes_on_disk(metadata: &Metadata) -> u64 {
+    #[cfg(unix)]
+    return std::os::unix::fs::MetadataExt::blocks(metadata) * 512;
+    #[cfg(not(unix))]
+    return metadata.len();
 }
 
 /// Gives the blocks of a part of a file back to the disk; what is read there then is zero. Where that cannot be done

@@ -91,8 +91,11 @@ impl ScratchDir {
 impl Drop for ScratchDir {
     fn drop(&mut self) {
         if !self.kept {
-            // Nobody is left to tell: what stays is cleared by the next run.
-            _ = fs::remove_dir_all(&self.path);
+            // The file that names the job goes last, so that the next run knows what is left as ours if this is cut short.
+            // Nobody is there to be told if it fails.
+            _ = clear(&self.path)
+                .and_then(|()| fs::remove_file(self.path.join(JOB)))
+                .and_then(|()| fs::remove_dir(&self.path));
         }
     }
 }
@@ -104,7 +107,7 @@ fn is_empty(path: &Path) -> io::Result<bool> {
 fn somebody_elses() -> io::Error {
     io::Error::new(
         io::ErrorKind::AlreadyExists,
-        "is there already and is no folder of an unfinished conversion",
+        "is there already and is no folder of an unfinished conversion; remove it or choose another output",
     )
 }
 

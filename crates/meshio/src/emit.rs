@@ -3,7 +3,8 @@
 use crate::error::one_line;
 use crate::polygon::triangulate;
 use crate::{
-    Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result, TriangleBatch, TriangleSink,
+    FileStamp, Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result, TriangleBatch,
+    TriangleSink,
 };
 use glam::{DAffine3, DVec3};
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
@@ -134,10 +135,11 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Notes that a file was read.
+    /// Notes that a file is read, before that is done.
     pub fn note_file(&mut self, path: &Path) {
-        if !self.report.files.iter().any(|file| file == path) {
-            self.report.files.push(path.to_owned());
+        let stamp = FileStamp::of(path);
+        if !self.report.files.iter().any(|file| file.path == stamp.path) {
+            self.report.files.push(stamp);
         }
     }
 

@@ -25,6 +25,7 @@ mod resident;
 pub mod scene_file;
 mod scratch;
 mod spool;
+mod stamp;
 mod survey;
 #[cfg(test)]
 mod testing;
@@ -32,6 +33,7 @@ mod testing;
 pub use error::{ImportError, Place};
 pub use export::{ExportFormat, ExportMesh, export};
 pub use import::import;
+pub use stamp::FileStamp;
 pub use survey::{Survey, survey};
 
 use raystrips_geom::scene::SceneDesc;
@@ -106,8 +108,8 @@ pub struct ImportReport {
     pub triangles: u64,
     /// Triangles read but not sent.
     pub dropped: Dropped,
-    /// Every file that was read.
-    pub files: Vec<PathBuf>,
+    /// Every file that was read, as it was before.
+    pub files: Vec<FileStamp>,
     /// The first twenty things worth knowing, a line each that names the file.
     pub warnings: Vec<String>,
     /// How many more warnings there were.

@@ -10,6 +10,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+const HEADER: FileHeader = FileHeader { magic: MAGIC, version: FORMAT_VERSION, reserved: 0 };
+
 /// What follows the pages. Long lists are read where they are, not held.
 pub struct PackContents<'a> {
     /// Nodes above the pages; node 0 is the root.
@@ -65,8 +67,7 @@ impl PackWriter {
     pub fn create(partial: &Path, manifest: Manifest) -> Result<PackWriter, PackError> {
         let file = OpenOptions::new().write(true).create(true).truncate(true).open(partial)?;
         let mut writer = PackWriter::new(file, partial, 0, manifest);
-        let header = FileHeader { magic: MAGIC, version: FORMAT_VERSION, reserved: 0 };
-        writer.write(bytemuck::bytes_of(&header))?;
+        writer.write(bytemuck::bytes_of(&HEADER))?;
         Ok(writer)
     }
 
@@ -94,8 +95,12 @@ impl PackWriter {
             writer.account(page, padding)?;
             writer.position += u64::from(page.bytes);
         }
-        writer.out.get_mut().set_len(writer.position)?;
-        writer.out.seek(SeekFrom::End(0))?;
+        // The header has no checksum: it is written again.
+        let file = writer.out.get_mut();
+        file.rewind()?;
+        file.write_all(bytemuck::bytes_of(&HEADER))?;
+        file.set_len(writer.position)?;
+        file.seek(SeekFrom::End(0))?;
         Ok((writer, whole))
     }
 
@@ -245,13 +250,15 @@ fn read_pages(file: &mut File, mut position: u64, pages: &[PageRecord]) -> Optio
     Some(position)
 }
 
-/// Brings everything to the disk, then gives the file its name, then brings that to the disk.
+/// Brings everything to the disk, then gives the file its name, then brings that to the disk where the system can.
 fn publish(out: BufWriter<File>, partial: &Path, path: &Path) -> Result<(), PackError> {
     let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     file.sync_all()?;
     std::fs::rename(partial, path)?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     #[cfg(unix)]
-    File::open(folder)?.sync_all()?;
+    {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        _ = File::open(folder).and_then(|folder| folder.sync_all());
+    }
     Ok(())
 }

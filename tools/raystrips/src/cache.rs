@@ -29,8 +29,7 @@ pub fn pack_of(
     let list = folder.join(format!("{name}.json"));
     if !is_fresh(&pack, &list) {
         let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
-        let sources: Vec<FileStamp> = report.files.iter().map(|path| FileStamp::of(path)).collect();
-        write_whole(&list, &serde_json::to_vec_pretty(&sources)?)?;
+        write_whole(&list, &serde_json::to_vec_pretty(&report.files)?)?;
     }
     Ok(pack)
 }

@@ -6,6 +6,9 @@ use std::path::Path;
 
 /// Refuses, before any work, an output that cannot be written or would take the place of an input.
 pub fn check_output(path: &Path, inputs: &[&Path]) -> Result<()> {
+    if path.is_dir() || path.file_name().is_none() {
+        bail!("{}: is a folder; name a file in it", path.display());
+    }
     if !folder_of(path).is_dir() {
         bail!("{}: there is no such folder; make it first", path.display());
     }
