@@ -59,6 +59,11 @@ pub fn print(arguments: &[String]) -> Result<()> {
         repeat: flags.count("--repeat")?.unwrap_or(3).max(1),
         under: flags.value("--under").unwrap_or("").split_whitespace().map(str::to_owned).collect(),
     };
+    let all_scenes = match flags.value("--scenes") {
+        None | Some("all") => true,
+        Some(name) if name == MAIN => false,
+        Some(name) => bail!("--scenes {name}: neither all nor {MAIN}"),
+    };
     println!(
         "| scene | triangles | --memory | seconds | Mtri/s | peak MiB | scratch MB | scratch/input | bytes/triangle |"
     );
@@ -68,7 +73,7 @@ pub fn print(arguments: &[String]) -> Result<()> {
     let large = setting.scene(MAIN, LARGE * scale)?;
     let runs = BUDGETS.map(|budget| setting.rows(&large, budget).map(|run| (budget, run)));
     let runs: Vec<(&str, Run)> = runs.into_iter().collect::<Result<_>>()?;
-    if flags.value("--scenes") != Some(MAIN) {
+    if all_scenes {
         for (scene, triangles) in OTHERS {
             let scene = setting.scene(scene, triangles * scale)?;
             setting.rows(&scene, LITTLE)?;
@@ -121,7 +126,7 @@ impl Setting {
         line.push(self.raystrips.display().to_string());
         let mut command = Command::new(&line[0]);
         command.args(&line[1..]).arg("convert").arg(scene.join("scene.toml")).arg("-o").arg(&pack);
-        command.args(["--memory", memory, "--threads", &threads, "--json"]);
+        command.args(["--memory", memory, "--threads", &threads, "--restart", "--json"]);
         let watch = ScratchWatch::start(&pack);
         let report = programs::json(&mut command)?;
         let scratch_bytes = watch.most_bytes() as f64;

@@ -1,4 +1,5 @@
-//! Watches the scratch files of a conversion from the outside.
+//! Watches the scratch files of a conversion from the outside, but for those without a name: vertices of text files, and
+//! runs of the last sort.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ const INTERVAL: Duration = Duration::from_millis(20);
 /// Files that go into the pack: not scratch.
 const OF_THE_PACK: [&str; 4] = ["pack", "ids", "emitters", "job"];
 
-/// Looks at the folder of an unfinished pack until it is dropped.
+/// Looks at the folder of an unfinished pack until it is asked.
 pub struct ScratchWatch {
     ended: Arc<AtomicBool>,
     most: Arc<AtomicU64>,
