@@ -142,7 +142,8 @@ fn what_is_damaged_is_done_again() {
             bytes[at] ^= 1;
         }
     };
-    let damages: [(&str, &dyn Fn(&mut Vec<u8>)); 8] = [
+    type Damage<'a> = (&'a str, &'a dyn Fn(&mut Vec<u8>));
+    let damages: [Damage; 8] = [
         ("pack", &flip(|_| 0)),
         ("pack", &flip(|length| length - 1)),
         ("pack", &Vec::clear),

@@ -54,7 +54,7 @@ pub(crate) fn distribute(
 ) -> Result<Pieces, ConvertError> {
     let leaves = partition.tree.leaves().len();
     let mut out =
-        Gatherer { leaves: (0..leaves).map(|_| vec![Gathered::default()]).collect(), buffered: 0, spool };
+        Gatherer { leaves: (0..leaves).map(|_| vec![Gathering::default()]).collect(), buffered: 0, spool };
     let work = |block: Block| split(&block, partition, to_pack, keep_ids);
     blocks.for_each(Stage::Distribute, observer, work, |parts| {
         parts.into_iter().try_for_each(|part| out.add(part)).map_err(ConvertError::Scratch)
@@ -146,14 +146,14 @@ impl<'a> Renumbered<'a> {
 
 /// A piece on its way to the spool.
 #[derive(Default)]
-struct Gathered {
+struct Gathering {
     source: PieceSource,
     buffer: Vec<u8>,
 }
 
 struct Gatherer {
     /// For each leaf its pieces: more than one only where space cannot tell triangles apart.
-    leaves: Vec<Vec<Gathered>>,
+    leaves: Vec<Vec<Gathering>>,
     buffered: usize,
     spool: Spool,
 }
@@ -162,7 +162,7 @@ impl Gatherer {
     fn add(&mut self, part: Part) -> std::io::Result<()> {
         let pieces = &mut self.leaves[part.leaf as usize];
         if pieces.last().is_some_and(|last| last.source.triangles + part.triangles > PIECE_TRIANGLES) {
-            pieces.push(Gathered::default());
+            pieces.push(Gathering::default());
         }
         let piece = pieces.last_mut().expect("a leaf has a piece");
         piece.source.triangles += part.triangles;
