@@ -34,7 +34,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "table",
-        help: "print a table: cargo run --release -p xtask -- table basics|memory|hierarchy|single|packet|construction MODEL...",
+        help: "print a table: cargo run --release -p xtask -- table basics|memory|hierarchy|single|packet|construction|proxy MODEL...",
         run: table::task,
     },
     Task {
