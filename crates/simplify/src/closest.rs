@@ -37,7 +37,8 @@ impl ClosestPoint {
     /// If there are no triangles or an index is out of range.
     pub fn of(positions: &[Vec3], triangles: &[[u32; 3]]) -> ClosestPoint {
         assert!(!triangles.is_empty(), "there is no closest point of nothing");
-        let mut corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(|v| positions[v as usize])).collect();
+        let mut corners: Vec<[Vec3; 3]> =
+            triangles.iter().map(|t| t.map(|v| positions[v as usize])).collect();
         let mut nodes = vec![Node { bounds: Aabb::EMPTY, first: 0, count: 0 }];
         let mut to_do = vec![(0, 0..corners.len())];
         while let Some((node, range)) = to_do.pop() {

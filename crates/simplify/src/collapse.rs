@@ -7,21 +7,21 @@ use crate::work_mesh::WorkMesh;
 use crate::{Piece, Quadric, Simplified, Target};
 use glam::DVec3;
 
-/// Part of a vertex's area by which its squared distance to the new place counts beside the distances to planes. It
-/// makes places unique where the surface is flat, and spreads collapses there.
-const PULL: f64 = 1e-3;
+/// Part of a vertex's area by which it draws the new place to itself: places are unique then where the surface is flat.
+const PULL: f64 = 3e-5;
+/// Part of a vertex's area by which its squared distance to the new place counts in the cost. It spreads collapses where
+/// the surface is flat.
+const SPREAD: f64 = 3e-4;
 
-/// Costs are divided by this power of the area: 0 is the volume between the surfaces, 1 their squared distance. In
-/// between, both mean and maximum are low.
-const AREA_POWER: f64 = 0.5;
+/// By how much more the squared size of a part counts when it vanishes than the squared distance of a surface that
+/// moves: parts are few and cost few triangles, but the distance to what is left may be much larger than their size.
+const VANISHING_PRICE: f64 = 30.0;
 
 /// What collapses may do, by turns: when no collapse is left under a rule, the next one goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rule {
-    /// Topology stays, except that small closed parts and single triangles may vanish; no triangle turns over.
-    Strict,
     /// No triangle turns over.
-    Pinching,
+    Upright,
     /// Everything.
     Anything,
 }
@@ -39,7 +39,7 @@ const LEAST_GAIN: f64 = 0.02;
 /// If an index is out of range, there are not as many geometries as triangles, or more than 2^30 triangles.
 pub fn simplify(piece: Piece, target: Target) -> Simplified {
     let mut simplifier = Simplifier::of(&piece, target);
-    for rule in [Rule::Strict, Rule::Pinching, Rule::Anything] {
+    for rule in [Rule::Upright, Rule::Anything] {
         simplifier.run(rule);
     }
     simplifier.mesh.finish(piece, simplifier.largest.sqrt())
@@ -67,11 +67,10 @@ impl Simplifier {
     fn of(piece: &Piece, target: Target) -> Simplifier {
         let mut mesh = WorkMesh::of(piece);
         planes::remove_repeated(&mut mesh);
-        let add_planes = piece.quadrics.is_empty();
-        if add_planes {
+        if piece.quadrics.is_empty() {
             planes::add_triangles(&mut mesh);
+            planes::add_borders(&mut mesh);
         }
-        planes::for_each_edge(&mut mesh, add_planes, &mut |_, _| ());
         let inspector = Inspector::new(mesh.vertices.len());
         Simplifier { mesh, inspector, queue: Queue::new(), target, largest: 0.0 }
     }
@@ -93,7 +92,7 @@ impl Simplifier {
     /// Puts all edges into the queue and works until it is empty.
     fn round(&mut self, rule: Rule) {
         let Simplifier { mesh, queue, .. } = self;
-        planes::for_each_edge(mesh, false, &mut |mesh, edge| push(mesh, queue, edge));
+        planes::for_each_edge(mesh, &mut |mesh, edge, _| push(mesh, queue, edge));
         while self.mesh.triangle_count > self.target.triangles {
             let Some(entry) = self.queue.pop() else { return };
             if entry.stamp == self.mesh.stamp(entry.ends) {
@@ -105,14 +104,11 @@ impl Simplifier {
 
     fn try_collapse(&mut self, entry: Entry, rule: Rule) {
         let Some(effect) = self.inspector.inspect(&mut self.mesh, entry.ends) else { return };
-        if effect == Effect::Pinches && rule == Rule::Strict {
-            return;
-        }
         let Some(mut placed) = place(&self.mesh, entry.ends) else { return };
         if effect == Effect::Vanishes {
             placed = self.price_of_vanishing(placed, entry.ends);
-            if !entry.vanishing {
-                self.queue.push(placed.cost, Entry { vanishing: true, ..entry });
+            if !entry.is_priced {
+                self.queue.push(placed.cost, Entry { is_priced: true, ..entry });
                 return;
             }
         } else if rule != Rule::Anything && self.inspector.flips(&self.mesh, entry.ends, placed.position) {
@@ -125,9 +121,9 @@ impl Simplifier {
 
     /// What vanishes is off by its size.
     fn price_of_vanishing(&self, placed: Placed, ends: [u32; 2]) -> Placed {
-        let error = self.inspector.extent_squared(&self.mesh);
+        let error = self.inspector.extent_squared(&self.mesh) * VANISHING_PRICE;
         let weight: f64 = ends.into_iter().map(|v| self.mesh.vertex(v).quadric.weight()).sum();
-        Placed { error, cost: ordering(error * weight, weight), ..placed }
+        Placed { error, cost: ordering(VANISHING_PRICE * error * weight, weight), ..placed }
     }
 
     fn collapse(&mut self, [u, v]: [u32; 2], placed: &Placed) {
@@ -145,7 +141,7 @@ impl Simplifier {
 
 fn push(mesh: &WorkMesh, queue: &mut Queue, ends: [u32; 2]) {
     if let Some(placed) = place(mesh, ends) {
-        queue.push(placed.cost, Entry { ends, stamp: mesh.stamp(ends), vanishing: false });
+        queue.push(placed.cost, Entry { ends, stamp: mesh.stamp(ends), is_priced: false });
     }
 }
 
@@ -160,7 +156,8 @@ fn place(mesh: &WorkMesh, [u, v]: [u32; 2]) -> Option<Placed> {
         [false, true] => q.position,
         [false, false] => best(&sum, [(p.position, wp), (q.position, wq)]),
     };
-    let spread = wp * position.distance_squared(p.position) + wq * position.distance_squared(q.position);
+    let spread = SPREAD / PULL
+        * (wp * position.distance_squared(p.position) + wq * position.distance_squared(q.position));
     let area_error = sum.error(position);
     let error = if sum.weight() > 0.0 { area_error / sum.weight() } else { 0.0 };
     Some(Placed { position, cost: ordering(area_error + spread, sum.weight()), error })
@@ -173,6 +170,8 @@ fn best(sum: &Quadric, [(p, wp), (q, wq)]: [(DVec3, f64); 2]) -> DVec3 {
     sum.optimal(middle, pull).unwrap_or(middle)
 }
 
+/// What the queue is ordered by: between the volume between the surfaces, which is best for the mean, and their squared
+/// distance, which is best for the maximum.
 fn ordering(area_error: f64, weight: f64) -> f64 {
-    if weight > 0.0 { area_error / weight.powf(AREA_POWER) } else { area_error }
+    if weight > 0.0 { area_error / weight.sqrt() } else { area_error }
 }

@@ -5,10 +5,10 @@
 //! Heckbert 1997, section 6.1).
 
 use crate::Quadric;
-use crate::work_mesh::{BORDER, Corner, WorkMesh};
+use crate::work_mesh::{Corner, NONE, WorkMesh};
 
 /// Weight of a plane that holds a border, for a squared edge. Triangles beside the edge come to about a half each.
-const BORDER_WEIGHT: f64 = 3.0;
+const BORDER_WEIGHT: f64 = 1.0;
 
 /// Removes triangles that are there twice, with the same order of corners and of the same geometry.
 pub fn remove_repeated(mesh: &mut WorkMesh) {
@@ -35,7 +35,7 @@ pub fn remove_repeated(mesh: &mut WorkMesh) {
 /// Adds the planes of all triangles to the quadrics of their vertices.
 pub fn add_triangles(mesh: &mut WorkMesh) {
     let WorkMesh { vertices, triangles, .. } = mesh;
-    for triangle in triangles.iter().filter(|t| t.vertices[0] != crate::work_mesh::NONE) {
+    for triangle in triangles.iter().filter(|t| t.vertices[0] != NONE) {
         let corners = triangle.vertices.map(|v| vertices[v as usize].position);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let length = normal.length();
@@ -46,9 +46,14 @@ pub fn add_triangles(mesh: &mut WorkMesh) {
     }
 }
 
-/// Calls `edge` with the ends of every edge once, the lesser first, in the order of those. Marks vertices on borders,
-/// and adds the planes of borders if `add_planes`.
-pub fn for_each_edge(mesh: &mut WorkMesh, add_planes: bool, edge: &mut dyn FnMut(&WorkMesh, [u32; 2])) {
+/// Adds the planes of borders to the quadrics of their vertices.
+pub fn add_borders(mesh: &mut WorkMesh) {
+    for_each_edge(mesh, &mut add_border);
+}
+
+/// Calls `with` for every edge once, with its ends, the lesser first, and a corner of each of its triangles. Edges
+/// come in the order of their ends.
+pub fn for_each_edge(mesh: &mut WorkMesh, with: &mut dyn FnMut(&mut WorkMesh, [u32; 2], &[(u32, Corner)])) {
     let mut star = Vec::new();
     let mut spokes: Vec<(u32, Corner)> = Vec::new();
     for u in 0..mesh.vertices.len() as u32 {
@@ -60,23 +65,17 @@ pub fn for_each_edge(mesh: &mut WorkMesh, add_planes: bool, edge: &mut dyn FnMut
         }
         spokes.sort_unstable();
         for spokes in spokes.chunk_by(|a, b| a.0 == b.0) {
-            let ends = [u, spokes[0].0];
-            look_at(mesh, ends, spokes, add_planes);
-            edge(mesh, ends);
+            with(mesh, [u, spokes[0].0], spokes);
         }
     }
 }
 
-/// Does what there is to do if an edge is a border; `spokes` has a corner of each of its triangles.
-fn look_at(mesh: &mut WorkMesh, ends: [u32; 2], spokes: &[(u32, Corner)], add_planes: bool) {
+/// Adds the planes of an edge if it is a border.
+fn add_border(mesh: &mut WorkMesh, ends: [u32; 2], spokes: &[(u32, Corner)]) {
     let geometry = |&(_, corner): &(u32, Corner)| mesh.triangles[corner as usize >> 2].geometry;
-    let is_open = spokes.len() != 2;
-    let is_inside = !is_open && geometry(&spokes[0]) == geometry(&spokes[1]);
-    if is_open {
-        ends.into_iter().for_each(|v| mesh.vertices[v as usize].flags |= BORDER);
-    }
+    let is_inside = spokes.len() == 2 && geometry(&spokes[0]) == geometry(&spokes[1]);
     // Between locked vertices the other triangles are in other pieces.
-    if is_inside || !add_planes || ends.into_iter().all(|v| mesh.is_locked(v)) {
+    if is_inside || ends.into_iter().all(|v| mesh.is_locked(v)) {
         return;
     }
     let [p, q] = ends.map(|v| mesh.vertex(v).position);

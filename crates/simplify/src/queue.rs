@@ -16,8 +16,8 @@ pub struct Entry {
     pub ends: [u32; 2],
     /// Sum of the versions of both ends: they have not changed while it is the same.
     pub stamp: u32,
-    /// True if the collapse was found to remove all of a part of the mesh, and its cost is that of the part.
-    pub vanishing: bool,
+    /// True if the collapse was found to remove a whole part of the mesh, and the cost is that of the part.
+    pub is_priced: bool,
 }
 
 #[derive(Default)]
@@ -74,7 +74,7 @@ mod tests {
         fn nearly_sorted(costs in prop::collection::vec(0.0f64..1e6, 1..300)) {
             let mut queue = Queue::new();
             for (i, &cost) in costs.iter().enumerate() {
-                queue.push(cost, Entry { ends: [i as u32, 0], stamp: 0, vanishing: false });
+                queue.push(cost, Entry { ends: [i as u32, 0], stamp: 0, is_priced: false });
             }
             let popped: Vec<f64> =
                 std::iter::from_fn(|| queue.pop()).map(|entry| costs[entry.ends[0] as usize]).collect();
@@ -87,7 +87,7 @@ mod tests {
     fn equal_costs_are_first_in_first_out() {
         let mut queue = Queue::new();
         for i in 0..3 {
-            queue.push(0.0, Entry { ends: [i, 0], stamp: 0, vanishing: false });
+            queue.push(0.0, Entry { ends: [i, 0], stamp: 0, is_priced: false });
         }
         assert!((0..3).eq(std::iter::from_fn(|| queue.pop()).map(|entry| entry.ends[0])));
     }

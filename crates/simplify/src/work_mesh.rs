@@ -12,10 +12,8 @@ pub const NONE: u32 = u32::MAX;
 
 /// The vertex must stay as it is.
 pub const LOCKED: u32 = 1;
-/// The vertex is on an edge that is not between exactly two triangles.
-pub const BORDER: u32 = 2;
 /// The vertex is not where it was.
-const MOVED: u32 = 4;
+const MOVED: u32 = 2;
 
 /// A vertex.
 #[derive(Clone, Copy)]
@@ -177,7 +175,6 @@ impl WorkMesh {
             vertex.position = position;
             vertex.flags |= MOVED;
         }
-        vertex.flags |= gone.flags & BORDER;
         vertex.version += 1;
         let gone = &mut self.vertices[v as usize];
         gone.version += 1;
