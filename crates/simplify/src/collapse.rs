@@ -36,7 +36,7 @@ const LEAST_GAIN: f64 = 0.02;
 /// O(n).
 ///
 /// # Panics
-/// If an index is out of range, there are not as many geometries as triangles, or more than 2^30 triangles.
+/// If an index is out of range, there are not as many geometries as triangles, or more than 2^28 triangles.
 pub fn simplify(piece: Piece, target: Target) -> Simplified {
     let mut simplifier = Simplifier::of(&piece, target);
     for rule in [Rule::Upright, Rule::Anything] {

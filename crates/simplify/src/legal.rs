@@ -110,8 +110,8 @@ impl Inspector {
 
     /// Collapses the edge that was looked at last to `position`. Triangles that fall on one another with their backs
     /// are both removed: so no edge that was between two triangles is left with one.
-    pub fn collapse(&mut self, mesh: &mut WorkMesh, [u, v]: [u32; 2], position: DVec3) {
-        mesh.merge(u, v, position, &self.stars[1]);
+    pub fn collapse(&mut self, mesh: &mut WorkMesh, edge: [u32; 2], position: DVec3) {
+        mesh.merge(edge, position, &self.stars);
         self.pairs.iter().flatten().for_each(|&triangle| mesh.remove_triangle(triangle));
     }
 

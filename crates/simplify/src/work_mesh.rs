@@ -1,17 +1,18 @@
 //! A mesh while edges are collapsed.
 //!
-//! Each vertex has the list of its corners, linked through the triangles, so that the lists of two vertices become one
-//! by setting one link. Triangles that are gone are unlinked when a list is next walked. A vertex fills two cache lines
-//! and a triangle half of one: nearly all time goes into waiting for them.
+//! Nearly all time goes into waiting for memory, because collapses jump about the mesh. So the corners of a vertex lie in
+//! a row, and the triangles that they lead to are waited for together; a collapse writes the row of the vertex that is
+//! left behind all others. Triangles that are gone leave a row when it is next read. Versions, which are asked for
+//! most, are by themselves.
 
 use crate::{Piece, Quadric, Simplified};
 use glam::DVec3;
 
-/// No corner, no vertex.
+/// No vertex.
 pub const NONE: u32 = u32::MAX;
 
 /// The vertex must stay as it is.
-pub const LOCKED: u32 = 1;
+const LOCKED: u32 = 1;
 /// The vertex is not where it was.
 const MOVED: u32 = 2;
 
@@ -22,32 +23,33 @@ pub struct Vertex {
     /// Relative to the piece's origin.
     pub position: DVec3,
     pub quadric: Quadric,
+    /// Where its corners begin.
     first_corner: u32,
-    last_corner: u32,
-    /// Changes whenever the vertex does.
-    pub version: u32,
-    pub flags: u32,
+    corner_count: u32,
+    flags: u32,
 }
 
 /// A triangle; its first vertex is [`NONE`] when it is gone.
 #[derive(Clone, Copy)]
-#[repr(align(32))]
+#[repr(align(16))]
 pub struct Triangle {
     pub vertices: [u32; 3],
-    /// The next corner in the list of each vertex.
-    next_corners: [u32; 3],
     pub geometry: u32,
 }
 
-/// Place of a triangle in its list, and which of its corners: `triangle << 2 | corner`.
+/// A triangle and which of its corners: `triangle << 2 | corner`.
 pub type Corner = u32;
 
 /// Most triangles of a piece.
-const MAX_TRIANGLES: usize = 1 << 30;
+const MAX_TRIANGLES: usize = 1 << 28;
 
 pub struct WorkMesh {
     pub vertices: Vec<Vertex>,
+    /// Changes whenever the vertex does.
+    versions: Vec<u32>,
     pub triangles: Vec<Triangle>,
+    /// Corners of each vertex, and rows that are no longer used.
+    corners: Vec<Corner>,
     /// Triangles that are not gone.
     pub triangle_count: usize,
 }
@@ -55,51 +57,50 @@ pub struct WorkMesh {
 impl WorkMesh {
     /// The mesh of `piece`, without triangles of equal corners.
     pub fn of(piece: &Piece) -> WorkMesh {
-        assert!(piece.triangles.len() <= MAX_TRIANGLES, "a piece has at most 2^30 triangles");
+        assert!(piece.triangles.len() <= MAX_TRIANGLES, "a piece has at most 2^28 triangles");
         assert_eq!(piece.triangles.len(), piece.geometries.len(), "every triangle has a geometry");
         let vertex = |i: usize| Vertex {
             position: piece.positions[i].as_dvec3() - piece.origin,
             quadric: piece.quadrics.get(i).copied().unwrap_or_default(),
-            first_corner: NONE,
-            last_corner: NONE,
-            version: 0,
+            first_corner: 0,
+            corner_count: 0,
             flags: if piece.locked.get(i) == Some(&true) { LOCKED } else { 0 },
         };
+        let triangles = piece.triangles.iter().zip(&piece.geometries);
+        let triangles = triangles.map(|(&vertices, &geometry)| Triangle { vertices, geometry });
+        let has_corners = |triangle: &Triangle| {
+            let [a, b, c] = triangle.vertices;
+            a != b && b != c && c != a
+        };
+        let triangles: Vec<Triangle> = triangles.filter(has_corners).collect();
         let mut mesh = WorkMesh {
             vertices: (0..piece.positions.len()).map(vertex).collect(),
-            triangles: Vec::with_capacity(piece.triangles.len()),
-            triangle_count: 0,
+            versions: vec![0; piece.positions.len()],
+            triangle_count: triangles.len(),
+            corners: vec![0; 3 * triangles.len()],
+            triangles,
         };
-        for (&[a, b, c], &geometry) in piece.triangles.iter().zip(&piece.geometries) {
-            if a != b && b != c && c != a {
-                mesh.add_triangle([a, b, c], geometry);
-            }
-        }
+        mesh.list_corners();
         mesh
     }
 
-    fn add_triangle(&mut self, vertices: [u32; 3], geometry: u32) {
-        let triangle = self.triangles.len() as u32;
-        self.triangles.push(Triangle { vertices, next_corners: [NONE; 3], geometry });
-        for (k, v) in vertices.into_iter().enumerate() {
-            let corner = triangle << 2 | k as u32;
-            self.append(v, corner, corner);
+    /// Makes the rows of corners.
+    fn list_corners(&mut self) {
+        for v in self.triangles.iter().flat_map(|triangle| triangle.vertices) {
+            self.vertices[v as usize].corner_count += 1;
         }
-        self.triangle_count += 1;
-    }
-
-    /// Appends the list that begins with `first` and ends with `last` to that of `v`.
-    fn append(&mut self, v: u32, first: Corner, last: Corner) {
-        let vertex = &mut self.vertices[v as usize];
-        let tail = std::mem::replace(&mut vertex.last_corner, last);
-        match tail {
-            NONE => vertex.first_corner = first,
-            tail => *self.next_mut(tail) = first,
+        let mut end = 0;
+        for vertex in &mut self.vertices {
+            vertex.first_corner = end;
+            end += std::mem::take(&mut vertex.corner_count);
         }
-    }
-
-    fn next_mut(&mut self, corner: Corner) -> &mut Corner {
-        &mut self.triangles[corner as usize >> 2].next_corners[corner as usize & 3]
+        for (i, triangle) in self.triangles.iter().enumerate() {
+            for (k, v) in triangle.vertices.into_iter().enumerate() {
+                let vertex = &mut self.vertices[v as usize];
+                self.corners[(vertex.first_corner + vertex.corner_count) as usize] = (i << 2 | k) as Corner;
+                vertex.corner_count += 1;
+            }
+        }
     }
 
     pub fn vertex(&self, v: u32) -> &Vertex {
@@ -112,7 +113,7 @@ impl WorkMesh {
 
     /// Sum of the versions of both ends of an edge.
     pub fn stamp(&self, [u, v]: [u32; 2]) -> u32 {
-        self.vertex(u).version.wrapping_add(self.vertex(v).version)
+        self.versions[u as usize].wrapping_add(self.versions[v as usize])
     }
 
     /// The vertex at a corner and the two after it around the triangle.
@@ -127,23 +128,15 @@ impl WorkMesh {
 
     /// Puts the corners of `v` into `star`.
     pub fn collect_star(&mut self, v: u32, star: &mut Vec<Corner>) {
+        let Vertex { first_corner, corner_count, .. } = self.vertices[v as usize];
+        let row = first_corner as usize..(first_corner + corner_count) as usize;
+        let is_there = |corner: &Corner| self.triangles[*corner as usize >> 2].vertices[0] != NONE;
         star.clear();
-        let mut corner = self.vertex(v).first_corner;
-        let mut kept = NONE;
-        while corner != NONE {
-            let triangle = &self.triangles[corner as usize >> 2];
-            let next = triangle.next_corners[corner as usize & 3];
-            if triangle.vertices[0] != NONE {
-                star.push(corner);
-                kept = corner;
-            } else if kept == NONE {
-                self.vertices[v as usize].first_corner = next;
-            } else {
-                *self.next_mut(kept) = next;
-            }
-            corner = next;
+        star.extend(self.corners[row.clone()].iter().copied().filter(is_there));
+        if star.len() < row.len() {
+            self.corners[row.start..row.start + star.len()].copy_from_slice(star);
+            self.vertices[v as usize].corner_count = star.len() as u32;
         }
-        self.vertices[v as usize].last_corner = kept;
     }
 
     pub fn remove_triangle(&mut self, triangle: usize) {
@@ -154,10 +147,10 @@ impl WorkMesh {
         }
     }
 
-    /// Moves `u` to `position` and makes it stand for `v` as well, whose corners `star` has. Triangles with both are
-    /// removed.
-    pub fn merge(&mut self, u: u32, v: u32, position: DVec3, star: &[Corner]) {
-        for &corner in star {
+    /// Moves `u` to `position` and makes it stand for `v` as well; `stars` has the corners of both. Triangles with both
+    /// are removed.
+    pub fn merge(&mut self, [u, v]: [u32; 2], position: DVec3, stars: &[Vec<Corner>; 2]) {
+        for &corner in &stars[1] {
             let triangle = corner as usize >> 2;
             if self.triangles[triangle].vertices.contains(&u) {
                 self.remove_triangle(triangle);
@@ -166,20 +159,28 @@ impl WorkMesh {
             }
         }
         let gone = self.vertices[v as usize];
-        if gone.first_corner != NONE {
-            self.append(u, gone.first_corner, gone.last_corner);
-        }
+        let (first_corner, corner_count) = self.add_row(stars);
         let vertex = &mut self.vertices[u as usize];
         vertex.quadric += gone.quadric;
+        vertex.first_corner = first_corner;
+        vertex.corner_count = corner_count;
         if vertex.position != position {
             vertex.position = position;
             vertex.flags |= MOVED;
         }
-        vertex.version += 1;
-        let gone = &mut self.vertices[v as usize];
-        gone.version += 1;
-        gone.first_corner = NONE;
-        gone.last_corner = NONE;
+        self.vertices[v as usize].corner_count = 0;
+        self.versions[u as usize] += 1;
+        self.versions[v as usize] += 1;
+    }
+
+    /// Writes what is left of both stars as a row, and tells its place and length.
+    fn add_row(&mut self, stars: &[Vec<Corner>; 2]) -> (u32, u32) {
+        let WorkMesh { corners, triangles, .. } = self;
+        let first = corners.len();
+        let is_there = |corner: &Corner| triangles[*corner as usize >> 2].vertices[0] != NONE;
+        corners.extend(stars.iter().flatten().copied().filter(is_there));
+        assert!(corners.len() <= u32::MAX as usize, "a piece is too large");
+        (first as u32, (corners.len() - first) as u32)
     }
 
     /// The mesh as a piece again; `piece` is what it was made of.
