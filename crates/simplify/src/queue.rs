@@ -49,18 +49,21 @@ impl Queue {
         self.lowest = self.lowest.min(bucket);
     }
 
-    /// Takes one of the least cost.
-    pub fn pop(&mut self) -> Option<Entry> {
+    /// Takes up to `count` of about the least cost that are `wanted` into `batch`, which is empty when there are none.
+    pub fn pop(&mut self, count: usize, wanted: impl Fn(&Entry) -> bool, batch: &mut Vec<Entry>) {
+        batch.clear();
         while let Some(bucket) = self.buckets.get_mut(self.lowest) {
-            if let Some(&entry) = bucket.entries.get(bucket.taken) {
+            while batch.len() < count && bucket.taken < bucket.entries.len() {
+                batch.extend(Some(bucket.entries[bucket.taken]).filter(&wanted));
                 bucket.taken += 1;
-                return Some(entry);
+            }
+            if !batch.is_empty() {
+                return;
             }
             bucket.entries.clear();
             bucket.taken = 0;
             self.lowest += 1;
         }
-        None
     }
 }
 
@@ -69,6 +72,17 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn all(queue: &mut Queue) -> Vec<u32> {
+        let (mut all, mut batch) = (Vec::new(), Vec::new());
+        loop {
+            queue.pop(3, |_| true, &mut batch);
+            all.extend(batch.iter().map(|entry| entry.ends[0]));
+            if batch.is_empty() {
+                return all;
+            }
+        }
+    }
+
     proptest! {
         #[test]
         fn nearly_sorted(costs in prop::collection::vec(0.0f64..1e6, 1..300)) {
@@ -76,8 +90,7 @@ mod tests {
             for (i, &cost) in costs.iter().enumerate() {
                 queue.push(cost, Entry { ends: [i as u32, 0], stamp: 0, is_priced: false });
             }
-            let popped: Vec<f64> =
-                std::iter::from_fn(|| queue.pop()).map(|entry| costs[entry.ends[0] as usize]).collect();
+            let popped: Vec<f64> = all(&mut queue).into_iter().map(|i| costs[i as usize]).collect();
             prop_assert_eq!(popped.len(), costs.len());
             prop_assert!(popped.windows(2).all(|w| w[0] <= w[1] * (1.0 + 1.0 / 16.0)));
         }
@@ -89,6 +102,6 @@ mod tests {
         for i in 0..3 {
             queue.push(0.0, Entry { ends: [i, 0], stamp: 0, is_priced: false });
         }
-        assert!((0..3).eq(std::iter::from_fn(|| queue.pop()).map(|entry| entry.ends[0])));
+        assert!((0..3).eq(all(&mut queue)));
     }
 }

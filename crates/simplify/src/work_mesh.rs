@@ -139,6 +139,22 @@ impl WorkMesh {
         }
     }
 
+    /// Reads what collapses of `edges` are going to need, for all of them at a time, so that memory is waited for a few
+    /// times and not a few times for each. What it returns has no meaning, but must not be optimized away.
+    pub fn touch(&self, edges: impl Iterator<Item = [u32; 2]> + Clone) -> u32 {
+        let ends = edges.flatten().map(|v| self.vertex(v));
+        let row = |v: &Vertex| &self.corners[v.first_corner as usize..][..v.corner_count as usize];
+        let corners = ends.clone().flat_map(row);
+        let triangles = corners.map(|&corner| &self.triangles[corner as usize >> 2]);
+        let neighbors = triangles.clone().filter(|t| t.vertices[0] != NONE).flat_map(|t| t.vertices);
+        // Both cache lines of a vertex.
+        let read = |v: &Vertex| v.position.x.to_bits() as u32 ^ v.corner_count;
+        let first = ends.clone().map(read).fold(0, u32::wrapping_add);
+        let second = ends.map(|v| row(v).first().map_or(0, |&corner| corner)).fold(first, u32::wrapping_add);
+        let third = triangles.map(|t| t.vertices[0]).fold(second, u32::wrapping_add);
+        neighbors.map(|v| read(self.vertex(v))).fold(third, u32::wrapping_add)
+    }
+
     pub fn remove_triangle(&mut self, triangle: usize) {
         let first = &mut self.triangles[triangle].vertices[0];
         if *first != NONE {
