@@ -28,7 +28,7 @@ enum Rule {
 }
 
 /// Collapses of about the same cost that wait for memory together.
-const BATCH: usize = 16;
+const BATCH: usize = 32;
 
 /// A rule ends when a round under it removed less than this part of what is to be removed.
 const LEAST_GAIN: f64 = 0.02;
