@@ -51,9 +51,12 @@ pub fn add_borders(mesh: &mut WorkMesh) {
     for_each_edge(mesh, &mut add_border);
 }
 
+/// Gets the mesh, the ends of an edge, and for each of its triangles the greater end and the corner at the lesser.
+type WithEdge<'a> = dyn FnMut(&mut WorkMesh, [u32; 2], &[(u32, Corner)]) + 'a;
+
 /// Calls `with` for every edge once, with its ends, the lesser first, and a corner of each of its triangles. Edges
 /// come in the order of their ends.
-pub fn for_each_edge(mesh: &mut WorkMesh, with: &mut dyn FnMut(&mut WorkMesh, [u32; 2], &[(u32, Corner)])) {
+pub fn for_each_edge(mesh: &mut WorkMesh, with: &mut WithEdge) {
     let mut star = Vec::new();
     let mut spokes: Vec<(u32, Corner)> = Vec::new();
     for u in 0..mesh.vertices.len() as u32 {
