@@ -1,9 +1,9 @@
 //! Simplifies one in-core piece of mesh by quadric error (Garland and Heckbert 1997), and measures how far two meshes
 //! are apart.
 //!
-//! [`simplify`] collapses edges in the order of the error that it makes ([`queue`]), each to the point where its
-//! [`Quadric`] is least. [`work_mesh`] is the mesh while it changes, [`planes`] the quadrics to begin with, [`legal`]
-//! what a collapse does to the triangles around it, [`collapse`] the order of things.
+//! [`simplify`] collapses edges in the order of the error that it makes (`queue`), each to the point where its
+//! [`Quadric`] is least. `work_mesh` is the mesh while it changes, `planes` the quadrics to begin with, `legal`
+//! what a collapse does to the triangles around it, `collapse` the order of things.
 //!
 //! A piece may be one of many: vertices that others have too are *locked*, and vertices come with the quadrics that
 //! stand for the surface they have replaced so far, so that pieces can be simplified, regrouped with other borders and
