@@ -34,7 +34,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "table",
-        help: "print a table: cargo run --release -p xtask -- table basics|memory|hierarchy|single|packet|construction MODEL... or table massive -o DIR",
+        help: "print a table: cargo run --release -p xtask -- table basics|memory|hierarchy|single|packet|construction|proxy MODEL... or table massive -o DIR",
         run: table::task,
     },
     Task {

@@ -7,6 +7,7 @@ mod hierarchy;
 mod massive;
 mod memory;
 mod models;
+mod proxy;
 mod scratch_watch;
 mod speed;
 
@@ -27,9 +28,10 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "single" => speed::print(models, speed::Kind::Single)?,
         "packet" => speed::print(models, speed::Kind::Packet)?,
         "construction" => construction::print(models)?,
+        "proxy" if !models.is_empty() => proxy::print(models)?,
         "massive" => massive::print(models)?,
         _ => bail!(
-            "usage: cargo xtask table basics MODEL...\n       \
+            "usage: cargo xtask table basics|proxy MODEL...\n       \
              cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}",
             massive::USAGE
         ),

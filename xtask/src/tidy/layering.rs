@@ -11,6 +11,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("extmem", &[]),
     ("meshio", &["geom"]),
     ("strips", &["geom"]),
+    ("simplify", &["geom"]),
     ("pack", &["geom"]),
     ("convert", &["geom", "extmem", "meshio", "strips", "pack"]),
     ("paging", &["extmem", "pack"]),
