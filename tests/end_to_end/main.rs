@@ -13,6 +13,7 @@ mod far_away;
 mod interrupt;
 mod models;
 mod pictures;
+mod proxy;
 mod rays;
 mod render;
 mod resume;

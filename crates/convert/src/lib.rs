@@ -24,6 +24,7 @@ mod partition;
 mod piece;
 mod plan;
 mod positions;
+mod proxy;
 mod queue;
 mod report;
 mod sidecar;
@@ -31,6 +32,7 @@ mod top;
 
 pub use plan::Plan;
 pub use positions::Positions;
+pub use proxy::{Proxy, ProxyParams, ProxySize, proxy};
 pub use raystrips_meshio::{FileStamp, ImportOptions};
 pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, Stage, Unobserved};

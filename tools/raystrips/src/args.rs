@@ -1,6 +1,6 @@
 //! The flags, as typed.
 
-use crate::units::parse_size;
+use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use raystrips_convert::Positions;
 use std::path::PathBuf;
@@ -22,6 +22,8 @@ pub struct Arguments {
 pub enum Command {
     /// Convert models or a scene to a pack.
     Convert(ConvertArgs),
+    /// Simplify models or a scene to a mesh of fewer triangles.
+    Proxy(ProxyArgs),
     /// Render a picture of a pack, a model or a scene.
     Render(RenderArgs),
     /// Trace a file of rays through a pack.
@@ -96,6 +98,46 @@ pub struct ConvertArgs {
     pub threads: usize,
 
     /// Print one JSON object about the pack.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Flags of `proxy`.
+#[derive(Args, Debug)]
+pub struct ProxyArgs {
+    /// Models (.obj, .gltf, .glb, .ply), all placed at the origin, or one scene (.toml).
+    #[arg(required = true)]
+    pub inputs: Vec<PathBuf>,
+
+    /// The mesh to write: .ply, .obj or .glb.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Triangles to keep, as a share of those of the input.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02, value_parser = parse_ratio)]
+    pub ratio: f64,
+
+    /// Triangles to keep, as a number like 20000, 200K or 2M.
+    #[arg(long, value_name = "N", conflicts_with = "ratio", value_parser = parse_count)]
+    pub triangles: Option<u64>,
+
+    /// Tell how far the surfaces are apart: mean, root of the mean square, and maximum, both ways.
+    #[arg(long)]
+    pub measure: bool,
+
+    /// Memory to keep to, like 4G; by default half of what is free. For now the whole mesh has to fit.
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    pub memory: Option<u64>,
+
+    /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
+    #[arg(long)]
+    pub drop_out_of_range: bool,
+
+    /// Threads; 0 takes all processors.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+
+    /// Print one JSON object about the mesh.
     #[arg(long)]
     pub json: bool,
 }
@@ -243,6 +285,11 @@ fn parse_page_size(text: &str) -> Result<u32, String> {
         size @ 4096..=1_048_576 => Ok(size as u32),
         _ => Err("a page has 4K to 1M bytes".into()),
     }
+}
+
+fn parse_ratio(text: &str) -> Result<f64, String> {
+    let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
+    ratio.ok_or_else(|| format!("'{text}' is not a share between 0 and 1"))
 }
 
 fn parse_picture_size(text: &str) -> Result<(u32, u32), String> {

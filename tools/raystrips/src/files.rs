@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all, and errors that name them.
 
 use anyhow::{Context, Result, bail};
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Refuses, before any work, an output that cannot be written or would take the place of an input.
@@ -26,19 +26,24 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Writes `bytes` to a temporary file beside `path` and renames it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = folder_of(path);
-    let write = || -> std::io::Result<()> {
+    write_through(path, |out| out.write_all(bytes))
+}
+
+/// Has `write` write to a temporary file beside `path` and renames it.
+pub fn write_through(path: &Path, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
+    let make = || -> std::io::Result<()> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".raystrips-").suffix(".partial");
         // Temporary files are private by default; what is written here is an ordinary file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder)?;
-        file.write_all(bytes)?;
+        let mut out = BufWriter::new(builder.tempfile_in(folder_of(path))?);
+        write(&mut out)?;
+        let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         file.persist(path).map_err(|e| e.error)?;
         Ok(())
     };
-    write().with_context(|| path.display().to_string())
+    make().with_context(|| path.display().to_string())
 }
 
 #[cfg(all(test, unix))]

@@ -21,6 +21,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::Convert(args) => commands::convert::run(args),
+        Command::Proxy(args) => commands::proxy::run(args),
         Command::Render(args) => commands::render::run(args),
         Command::Trace(args) => commands::trace::run(args),
         Command::Info(args) => commands::info::run(args),

@@ -17,6 +17,22 @@ pub fn parse_size(text: &str) -> Result<u64, String> {
     number.checked_mul(1 << shift).ok_or_else(wrong)
 }
 
+/// A count like `20000`, `200K` or `2M`, in powers of 1000.
+pub fn parse_count(text: &str) -> Result<u64, String> {
+    let wrong = || format!("'{text}' is not a count like 20000, 200K or 2M");
+    let split = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (digits, unit) = text.split_at(split);
+    let unit = match unit.to_ascii_uppercase().as_str() {
+        "" => 1,
+        "K" => 1_000,
+        "M" => 1_000_000,
+        "G" => 1_000_000_000,
+        _ => return Err(wrong()),
+    };
+    let number: u64 = digits.parse().map_err(|_| wrong())?;
+    number.checked_mul(unit).ok_or_else(wrong)
+}
+
 /// `12,345,678`.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -62,6 +78,8 @@ mod tests {
         assert_eq!(parse_size("4GiB"), Ok(4 << 30));
         assert_eq!(parse_size("12"), Ok(12));
         assert!(parse_size("K").is_err() && parse_size("4X").is_err() && parse_size("99999999T").is_err());
+        assert_eq!((parse_count("200K"), parse_count("7")), (Ok(200_000), Ok(7)));
+        assert!(parse_count("2.5M").is_err() && parse_count("M").is_err());
         assert_eq!(grouped(1234567), "1,234,567");
         assert_eq!(grouped(12), "12");
         assert_eq!(bytes(1536), "1.5 KiB");

@@ -13,7 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("strips", &["geom"]),
     ("simplify", &["geom"]),
     ("pack", &["geom"]),
-    ("convert", &["geom", "extmem", "meshio", "strips", "pack"]),
+    ("convert", &["geom", "extmem", "meshio", "strips", "simplify", "pack"]),
     ("paging", &["extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
     ("render", &["geom", "tracer"]),

@@ -2,6 +2,7 @@
 
 pub mod convert;
 pub mod info;
+pub mod proxy;
 pub mod render;
 pub mod trace;
 pub mod verify;

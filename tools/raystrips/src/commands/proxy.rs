@@ -1,0 +1,81 @@
+//! `raystrips proxy`.
+
+use super::print_json;
+use crate::args::ProxyArgs;
+use crate::files::{check_output, write_through};
+use crate::progress::ConvertProgress;
+use crate::units::grouped;
+use crate::{interrupt, process};
+use anyhow::{Context, Result, bail};
+use raystrips_convert::{ImportOptions, Proxy, ProxyParams, ProxySize, proxy};
+use raystrips_meshio::{ExportFormat, ExportMesh, export};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Points on each surface at which distances are measured.
+const MEASURED_POINTS: usize = 1_000_000;
+
+/// Simplifies models or a scene to a mesh of fewer triangles.
+pub fn run(args: &ProxyArgs) -> Result<()> {
+    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
+    check_output(&args.output, &inputs)?;
+    let Some(format) = ExportFormat::of(&args.output) else {
+        bail!("{}: is of no format that can be written; name it .ply, .obj or .glb", args.output.display());
+    };
+    interrupt::watch()?;
+    let begin = Instant::now();
+    let params = ProxyParams {
+        size: args.triangles.map_or(ProxySize::Ratio(args.ratio), ProxySize::Triangles),
+        import: ImportOptions { drop_out_of_range: args.drop_out_of_range, ..ImportOptions::default() },
+        memory: args.memory,
+        measured_points: if args.measure { MEASURED_POINTS } else { 0 },
+    };
+    let progress = ConvertProgress::new(false);
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(args.threads).build().context("cannot start threads")?;
+    let result = pool.install(|| proxy(&args.inputs, &params, &progress));
+    progress.finish();
+    let made = result?;
+    made.warnings.iter().for_each(|warning| eprintln!("raystrips: warning: {warning}"));
+    let mesh = ExportMesh {
+        positions: &made.positions,
+        triangles: &made.triangles,
+        geometries: &made.geometries,
+        offset: made.offset,
+        scene: &made.scene,
+    };
+    write_through(&args.output, |out| export(&mesh, format, out))?;
+    report(args, &made, begin.elapsed().as_secs_f64())
+}
+
+fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
+    let percent = |distance: f64| 100.0 * distance / made.diagonal;
+    if args.json {
+        let distances = made.distances.map(|d| {
+            json!({"mean": d.mean, "rms": d.rms, "max": d.max,
+                "percent": {"mean": percent(d.mean), "rms": percent(d.rms), "max": percent(d.max)}})
+        });
+        return print_json(&json!({
+            "triangles": made.triangles.len(),
+            "vertices": made.positions.len(),
+            "input": {"triangles": made.input_triangles},
+            "distance": distances.unwrap_or(Value::Null),
+            "seconds": {"total": seconds},
+            "peak_rss_bytes": process::peak_rss_bytes(),
+        }));
+    }
+    let distances = made.distances.map_or(String::new(), |d| {
+        let [mean, rms, max] = [d.mean, d.rms, d.max].map(percent);
+        format!("; distance mean {mean:.4} %, rms {rms:.4} %, max {max:.3} % of the diagonal")
+    });
+    writeln!(
+        std::io::stdout(),
+        "{}: {} of {} triangles{distances}; {seconds:.1} s",
+        args.output.display(),
+        grouped(made.triangles.len() as u64),
+        grouped(made.input_triangles),
+    )?;
+    Ok(())
+}
