@@ -39,10 +39,11 @@ fn killed_in_the_pack_of(folder: &Folder, command: &str) {
     killed_in_the_pack_beyond(folder, command, 1 << 20);
 }
 
-/// Starts conversions until one is killed when its pack is longer than `bytes`.
+/// Starts conversions until one is killed when its pack is longer than `bytes`; some times at most, since it may be over
+/// before that is seen.
 fn killed_in_the_pack_beyond(folder: &Folder, command: &str, bytes: u64) {
     let pack = || folder.path("out/a.rsp.partial/pack").metadata().map_or(0, |pack| pack.len());
-    loop {
+    for _ in 0..20 {
         let mut running = folder.start(command);
         while pack() <= bytes && running.child.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_millis(1));
@@ -196,21 +197,20 @@ fn scratch_files_elsewhere_are_removed_whenever_they_move() {
 
 #[test]
 fn incoherent_input_goes_on_too() {
+    // A piece of a soup takes more memory, but all of it together still more than that.
+    let convert = &CONVERT.replace("160M", "300M");
     let folder = Folder::new();
     std::fs::create_dir(folder.path("out")).unwrap();
     folder.write("hills.ply", Mesh::soup(600_000).ply());
-    assert_eq!(folder.run(CONVERT).code, Some(0));
+    assert_eq!(folder.run(convert).code, Some(0));
     let pack = folder.read("out/a.rsp");
     std::fs::remove_file(folder.path("out/a.rsp")).unwrap();
     let mut finished = 0;
-    for _ in 0..3 {
+    for _ in 0..2 {
         finished = finished.max(folder.read_if("out/a.rsp.partial/pack").len());
-        killed_in_the_pack_beyond(&folder, CONVERT, finished as u64 + (1 << 20));
-        if !folder.path("out/a.rsp.partial").exists() {
-            break;
-        }
+        killed_in_the_pack_beyond(&folder, convert, finished as u64 + (1 << 20));
     }
-    assert_eq!(folder.run(CONVERT).code, Some(0));
+    assert_eq!(folder.run(convert).code, Some(0));
     assert!(folder.read("out/a.rsp") == pack);
 }
 
