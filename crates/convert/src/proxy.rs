@@ -1,4 +1,5 @@
-//! A mesh of fewer triangles that looks like the model from afar: for now in one piece, in memory.
+//! A mesh of fewer triangles that looks like the model from afar. It is simplified in one piece in memory; models
+//! that do not fit the budget are refused.
 
 use crate::block::{self, Block};
 use crate::mesh::{Welded, has_area};

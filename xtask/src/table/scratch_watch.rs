@@ -1,7 +1,7 @@
 //! Watches the scratch files of a conversion from the outside, but for those without a name: vertices of text files, and
 //! runs of the last sort.
 
-use std::fs::Metadata;
+use raystrips_extmem::disk::bytes_on_disk;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -51,14 +51,6 @@ fn scratch_bytes(folder: &Path) -> u64 {
     scratch.filter_map(|file| file.metadata().ok()).map(|metadata| bytes_on_disk(&metadata)).sum()
 }
 
-/// Files may have holes.
-fn bytes_on_disk(metadata: &Metadata) -> u64 {
-    #[cfg(unix)]
-    return std::os::unix::fs::MetadataExt::blocks(metadata) * 512;
-    #[cfg(not(unix))]
-    return metadata.len();
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,8 +61,10 @@ mod tests {
         let partial = folder.path().join("a.rsp.partial");
         std::fs::create_dir(&partial).unwrap();
         std::fs::write(partial.join("pack"), [0; 1 << 20]).unwrap();
-        std::fs::write(partial.join("imported"), [0; 10]).unwrap();
-        assert!((10..1 << 16).contains(&scratch_bytes(&partial)));
+        std::fs::write(partial.join("imported"), [1; 1 << 16]).unwrap();
+        // Some file systems find room for what is written only later.
+        std::fs::File::open(partial.join("imported")).unwrap().sync_all().unwrap();
+        assert!((1 << 16..1 << 20).contains(&scratch_bytes(&partial)));
         let watch = ScratchWatch::start(&folder.path().join("a.rsp"));
         while watch.most.load(Ordering::Relaxed) == 0 {
             std::thread::yield_now();
