@@ -1,12 +1,14 @@
 //! Triangles as bytes in scratch files: some thousand of one geometry at a time, with the vertices they name.
 //!
 //! A block is a head, then positions, then corners as places in them, then, where ids are kept, the place of each
-//! triangle in the batch that it came from. Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a
-//! triangle where neighbors in the mesh are neighbors in the file.
+//! triangle in the batch that it came from, then, where the mesh was simplified, the quadric of each position.
+//! Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a triangle where neighbors in the mesh are
+//! neighbors in the file, and 22 more with quadrics.
 
 use bytemuck::{Pod, Zeroable, pod_read_unaligned};
 use glam::Vec3;
 use raystrips_meshio::TriangleBatch;
+use raystrips_simplify::StoredQuadric;
 use std::io;
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -26,6 +28,8 @@ struct Head {
 const WIDE_POSITIONS: u32 = 1;
 /// There are places in the batch.
 const PLACES: u32 = 2;
+/// There are quadrics.
+const QUADRICS: u32 = 4;
 
 /// A block that is read.
 #[derive(Clone, Copy)]
@@ -34,6 +38,24 @@ pub(crate) struct Block<'a> {
     positions: &'a [u8],
     corners: &'a [u8],
     places: &'a [u8],
+    quadrics: &'a [u8],
+}
+
+/// Triangles to make a block of.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Contents<'a> {
+    /// Geometry of all of them.
+    pub geometry: u32,
+    /// Number of the first triangle of the batch that they came from.
+    pub first_id: u64,
+    /// At most 2^16.
+    pub positions: &'a [Vec3],
+    /// Corners as places among the positions.
+    pub triangles: &'a [[u32; 3]],
+    /// Place of each triangle in its batch; empty if ids are not kept.
+    pub places: &'a [u16],
+    /// Quadric of each position; empty if the mesh is as it was imported.
+    pub quadrics: &'a [StoredQuadric],
 }
 
 /// A batch of the import; positions are f32 where that loses nothing.
@@ -50,21 +72,17 @@ pub(crate) fn of_batch(batch: &TriangleBatch) -> Vec<u8> {
     writer.finish()
 }
 
-/// Triangles on their way to a piece. `places` are theirs in the batch that began with `first_id`; empty if ids are
-/// not kept.
-pub(crate) fn of_triangles(
-    geometry: u32,
-    first_id: u64,
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    places: &[u16],
-) -> Vec<u8> {
-    let mut writer = Writer::new(geometry, first_id, triangles.len());
+/// Triangles on their way to a piece.
+pub(crate) fn of_triangles(contents: &Contents) -> Vec<u8> {
+    let Contents { geometry, first_id, positions, triangles, places, quadrics } = contents;
+    let mut writer = Writer::new(*geometry, *first_id, triangles.len());
     writer.positions(positions.iter().map(|p| p.to_array()), 0);
     writer.corners(triangles);
-    if !places.is_empty() {
-        writer.head.flags |= PLACES;
-        writer.bytes.extend_from_slice(bytemuck::cast_slice(places));
+    for (flag, bytes) in [(PLACES, bytemuck::cast_slice(places)), (QUADRICS, bytemuck::cast_slice(quadrics))] {
+        if !bytes.is_empty() {
+            writer.head.flags |= flag;
+            writer.bytes.extend_from_slice(bytes);
+        }
     }
     writer.finish()
 }
@@ -133,8 +151,10 @@ impl<'a> Block<'a> {
         let (positions, rest) = body.split_at_checked(head.vertex_count as usize * position_bytes)?;
         let (corners, rest) = rest.split_at_checked(triangles * size_of::<[u16; 3]>())?;
         let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * triangles } else { 0 })?;
+        let quadric_bytes = if has(QUADRICS) { size_of::<StoredQuadric>() } else { 0 };
+        let (quadrics, rest) = rest.split_at_checked(head.vertex_count as usize * quadric_bytes)?;
         let whole = checksum(head, &body[..body.len() - rest.len()]) == head.checksum;
-        whole.then_some((Block { head, positions, corners, places }, rest))
+        whole.then_some((Block { head, positions, corners, places, quadrics }, rest))
     }
 
     /// Geometry of all its triangles.
@@ -168,6 +188,16 @@ impl<'a> Block<'a> {
         corners.map(|bytes| pod_read_unaligned::<[u16; 3]>(bytes).map(u32::from))
     }
 
+    /// Quadrics of the positions; none if the mesh is as it was imported.
+    pub fn quadrics(&self) -> impl Iterator<Item = StoredQuadric> + 'a {
+        self.quadrics.chunks_exact(size_of::<StoredQuadric>()).map(pod_read_unaligned)
+    }
+
+    /// True if the mesh was simplified. Its triangles without area are needed: without them there would be open edges.
+    pub fn is_simplified(&self) -> bool {
+        self.head.flags & QUADRICS != 0
+    }
+
     /// Number in the input of each triangle; none if ids are not kept.
     pub fn ids(&self) -> impl Iterator<Item = u64> + 'a {
         let first = self.head.first_id;
@@ -178,6 +208,17 @@ impl<'a> Block<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn triangle() -> Vec<u8> {
+        of_triangles(&Contents {
+            geometry: 1,
+            first_id: 5,
+            positions: &[Vec3::X, Vec3::Y, Vec3::Z],
+            triangles: &[[2, 1, 0]],
+            places: &[9],
+            quadrics: &[StoredQuadric::default(); 3],
+        })
+    }
 
     #[test]
     fn blocks_come_back() {
@@ -192,7 +233,7 @@ mod tests {
         batch.positions.truncate(9);
         batch.triangles.truncate(1);
         bytes.extend(of_batch(&batch));
-        bytes.extend(of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]));
+        bytes.extend(triangle());
         let blocks: Vec<Block> = Block::all(&bytes).map(|b| b.unwrap()).collect();
         assert_eq!(blocks.len(), 3);
         assert_eq!(blocks[0].positions().nth(65_535), Some([65_535.0, 0.5, -1.0]));
@@ -201,11 +242,12 @@ mod tests {
         assert_eq!((blocks[1].geometry(), blocks[1].first_id(), blocks[1].ids().next()), (7, 1 << 40, None));
         assert_eq!(blocks[2].ids().collect::<Vec<_>>(), [14]);
         assert_eq!(blocks[2].triangles().next(), Some([2, 1, 0]));
+        assert_eq!(blocks.iter().map(|b| b.quadrics().count()).collect::<Vec<_>>(), [0, 0, 3]);
     }
 
     #[test]
     fn damage_is_found() {
-        let bytes = of_triangles(1, 5, &[Vec3::X, Vec3::Y, Vec3::Z], &[[2, 1, 0]], &[9]);
+        let bytes = triangle();
         for at in 0..bytes.len() {
             let mut damaged = bytes.clone();
             damaged[at] ^= 1;

@@ -1,6 +1,7 @@
 //! What was imported, as blocks in a spool, gone through as often as need be.
 
 use crate::block::Block;
+use crate::mesh::Welded;
 use crate::{ConvertError, Observer, Stage};
 use rayon::prelude::*;
 use raystrips_extmem::{Extent, Spool};
@@ -20,6 +21,16 @@ pub(crate) struct Blocks {
 }
 
 impl Blocks {
+    /// All triangles as one mesh.
+    pub fn weld(&self) -> Result<Welded, ConvertError> {
+        let mut welded = Welded::with_capacity(self.triangles as usize);
+        for &chunk in &self.chunks {
+            let bytes = self.spool.read(chunk).map_err(ConvertError::Scratch)?;
+            welded.add(&bytes).map_err(ConvertError::Scratch)?;
+        }
+        Ok(welded.finish())
+    }
+
     /// Calls `work` with every block, on all threads, and `take` with what comes of it, in order.
     pub fn for_each<T: Send>(
         &self,

@@ -43,6 +43,11 @@ impl KeyGrid {
         KeyGrid { min: bounds.min, scale, outsized_extent: extent * OUTSIZED }
     }
 
+    /// A grid that keeps no triangles apart.
+    pub fn for_all(bounds: Aabb) -> KeyGrid {
+        KeyGrid { outsized_extent: f32::INFINITY, ..KeyGrid::new(bounds) }
+    }
+
     /// The key of a triangle with this box.
     #[inline]
     pub fn key(&self, bounds: &Aabb) -> u64 {

@@ -2,15 +2,16 @@
 //!
 //! Within a piece triangles keep the order of the input, so that what is built of them depends on nothing else.
 
-use crate::block::{self, Block};
-use crate::blocks::Blocks;
-use crate::mesh::has_area;
+use crate::block::{self, Block, Contents};
+use crate::blocks::{Blocks, lost_triangles};
+use crate::mesh::{Welded, has_area};
 use crate::partition::{PIECE_TRIANGLES, Partition};
 use crate::positions::ToPack;
 use crate::{ConvertError, Observer, Stage};
 use glam::Vec3;
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::Aabb;
+use raystrips_simplify::StoredQuadric;
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -41,6 +42,37 @@ pub(crate) struct Pieces {
     pub degenerate: u64,
     /// Most by which a coordinate is moved.
     pub position_error: f64,
+}
+
+impl Pieces {
+    /// Triangles of all pieces.
+    pub fn triangles(&self) -> u64 {
+        self.sources.iter().map(|source| source.triangles).sum()
+    }
+
+    /// For each piece the number of triangles before it.
+    pub fn first_triangles(&self) -> Vec<u64> {
+        let before = |sum: &mut u64, source: &PieceSource| {
+            let first = *sum;
+            *sum += source.triangles;
+            Some(first)
+        };
+        self.sources.iter().scan(0, before).collect()
+    }
+
+    /// The mesh of piece `number`.
+    pub fn read(&self, number: usize) -> Result<Welded, ConvertError> {
+        let source = &self.sources[number];
+        let mut welded = Welded::with_capacity(source.triangles as usize);
+        for part in source.parts() {
+            let bytes = self.spool.read(part).map_err(ConvertError::Scratch)?;
+            welded.add(&bytes).map_err(ConvertError::Scratch)?;
+        }
+        if welded.mesh.triangles.len() as u64 != source.triangles {
+            return Err(ConvertError::Scratch(lost_triangles()));
+        }
+        Ok(welded.finish())
+    }
 }
 
 /// Distributes `blocks` over the pieces of `partition`, into `spool`.
@@ -96,20 +128,26 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keep_ids: bool)
     let mut places: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
     for (triangle, place) in triangles.iter().zip(0..) {
         let corners = triangle.map(|v| positions[v as usize]);
-        if has_area(corners) {
+        if block.is_simplified() || has_area(corners) {
             places.push((partition.leaf(&Aabb::of_points(corners)), place));
         }
     }
     places.sort_unstable();
-    let mut renumbered = Renumbered::new(&positions);
+    let mut renumbered = Renumbered::new(&positions, block.quadrics().collect());
     let parts = places.chunk_by(|a, b| a.0 == b.0).map(|group| {
         renumbered.clear();
         let corners: Vec<[u32; 3]> =
             group.iter().map(|&(_, place)| triangles[place as usize].map(|v| renumbered.number(v))).collect();
         // A batch has at most 2^16 triangles.
         let kept: Vec<u16> = group.iter().filter(|_| keep_ids).map(|&(_, place)| place as u16).collect();
-        let bytes =
-            block::of_triangles(block.geometry(), block.first_id(), &renumbered.used, &corners, &kept);
+        let bytes = block::of_triangles(&Contents {
+            geometry: block.geometry(),
+            first_id: block.first_id(),
+            positions: &renumbered.used,
+            triangles: &corners,
+            places: &kept,
+            quadrics: &renumbered.used_quadrics,
+        });
         Part { leaf: group[0].0, triangles: group.len() as u64, bytes }
     });
     parts.collect()
@@ -118,20 +156,26 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keep_ids: bool)
 /// Numbers the vertices that a part uses, from 0 on.
 struct Renumbered<'a> {
     positions: &'a [Vec3],
+    /// Those that no part has used yet. The first one to use a vertex gets all of its quadric, since quadrics of a vertex
+    /// are going to be added up.
+    quadrics: Vec<StoredQuadric>,
     /// For each vertex of the block the part that used it last, and its number there.
     numbers: Vec<(u32, u32)>,
     part: u32,
     used: Vec<Vec3>,
+    used_quadrics: Vec<StoredQuadric>,
 }
 
 impl<'a> Renumbered<'a> {
-    fn new(positions: &'a [Vec3]) -> Renumbered<'a> {
-        Renumbered { positions, numbers: vec![(0, 0); positions.len()], part: 0, used: Vec::new() }
+    fn new(positions: &'a [Vec3], quadrics: Vec<StoredQuadric>) -> Renumbered<'a> {
+        let numbers = vec![(0, 0); positions.len()];
+        Renumbered { positions, quadrics, numbers, part: 0, used: Vec::new(), used_quadrics: Vec::new() }
     }
 
     fn clear(&mut self) {
         self.part += 1;
         self.used.clear();
+        self.used_quadrics.clear();
     }
 
     fn number(&mut self, vertex: u32) -> u32 {
@@ -139,6 +183,7 @@ impl<'a> Renumbered<'a> {
         if entry.0 != self.part {
             *entry = (self.part, self.used.len() as u32);
             self.used.push(self.positions[vertex as usize]);
+            self.used_quadrics.extend(self.quadrics.get_mut(vertex as usize).map(std::mem::take));
         }
         entry.1
     }

@@ -136,8 +136,20 @@ impl Job {
         self.journal.append(&encode(record)).map_err(ConvertError::Scratch)
     }
 
+    /// Does `work`. After an error that may pass, files stay for the next run if there is any use in them.
+    pub fn run<T>(
+        &mut self,
+        work: impl FnOnce(&mut Job) -> Result<T, ConvertError>,
+    ) -> Result<T, ConvertError> {
+        work(self).map_err(|error| {
+            let resumable = error.may_pass() && self.keep_if_useful();
+            let error = error.in_folder(self.scratch_path());
+            if resumable { ConvertError::Resumable(Box::new(error)) } else { error }
+        })
+    }
+
     /// Decides that the files stay for the next run if there is any use in them; tells whether.
-    pub fn keep_if_useful(&mut self) -> bool {
+    fn keep_if_useful(&mut self) -> bool {
         self.folder.keep(self.useful);
         if let Some(scratch) = &mut self.scratch {
             scratch.keep(self.useful);

@@ -42,14 +42,16 @@ use distribute::Pieces;
 use glam::Vec3;
 use import::Imported;
 use job::{Found, Job};
+use partition::Division;
 use output::Output;
 use positions::ToPack;
-use queue::Queue;
+use queue::in_order;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
 use raystrips_pack::Manifest;
 use report::Clock;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Most scratch bytes a triangle of an import whose triangles share their vertices with neighbors in the file.
 const COHERENT_BYTES: u64 = 30;
@@ -105,11 +107,7 @@ pub fn convert(
     observer.planned(&plan);
     let (mut job, found) = Job::open(inputs, output, params)?;
     let conversion = Conversion { inputs, output, params, plan: &plan, observer };
-    conversion.run(&mut job, found).map_err(|error| {
-        let resumable = error.may_pass() && job.keep_if_useful();
-        let error = error.in_folder(job.scratch_path());
-        if resumable { ConvertError::Resumable(Box::new(error)) } else { error }
-    })
+    job.run(|job| conversion.run(job, found))
 }
 
 /// What all stages know.
@@ -124,31 +122,8 @@ struct Conversion<'a> {
 impl Conversion<'_> {
     fn run(&self, job: &mut Job, mut found: Found) -> Result<ConvertReport, ConvertError> {
         let mut clock = Clock::new();
-        let budget = self.plan.is_in_memory().then(|| MemoryBudget::new(self.plan.spool_memory));
-        let imported = found.imported.take();
-        let gathered = job.gathered(&mut found);
-        let (mut imported, pieces) = match (imported, gathered) {
-            (Some(imported), Some(pieces)) => (imported, pieces),
-            (imported, _) => {
-                let (imported, mut blocks) = self.import(imported, job, budget.as_ref())?;
-                clock.record(Stage::Import);
-                if imported.files != found.files {
-                    found.pieces.clear();
-                }
-                // Incoherent input, of which every triangle brings its own vertices, would take as much again: rather
-                // import again after a kill than fill the disk.
-                blocks.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles;
-                if blocks.is_consumed {
-                    job.note_import_gone()?;
-                }
-                let pieces = self.pieces(&imported, &blocks, job, budget.as_ref(), &mut clock)?;
-                drop(blocks);
-                job.note_gathered(&pieces, &imported)?;
-                (imported, pieces)
-            }
-        };
-        job.remove_import()?;
-        imported.dropped.degenerate = pieces.degenerate;
+        let budget = self.budget();
+        let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut clock)?;
         let mut manifest = self.manifest(&imported);
         manifest.position_error = pieces.position_error;
         let mut output = Output::open(self.output, job, manifest, found.pieces)?;
@@ -159,6 +134,46 @@ impl Conversion<'_> {
         clock.record(Stage::Build);
         let Imported { warnings, files, .. } = imported;
         Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files })
+    }
+
+    /// Memory for what is kept between the stages, if that is not to go to the disk.
+    fn budget(&self) -> Option<MemoryBudget> {
+        self.plan.is_in_memory().then(|| MemoryBudget::new(self.plan.spool_memory))
+    }
+
+    /// Imports the inputs and gathers the triangles of each piece, as far as that was not done before.
+    fn gather(
+        &self,
+        job: &mut Job,
+        found: &mut Found,
+        budget: Option<&MemoryBudget>,
+        clock: &mut Clock,
+    ) -> Result<(Imported, Pieces), ConvertError> {
+        let imported = found.imported.take();
+        let gathered = job.gathered(found);
+        let (mut imported, pieces) = match (imported, gathered) {
+            (Some(imported), Some(pieces)) => (imported, pieces),
+            (imported, _) => {
+                let (imported, mut blocks) = self.import(imported, job, budget)?;
+                clock.record(Stage::Import);
+                if imported.files != found.files {
+                    found.pieces.clear();
+                }
+                // Incoherent input, of which every triangle brings its own vertices, would take as much again: rather
+                // import again after a kill than fill the disk.
+                blocks.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles;
+                if blocks.is_consumed {
+                    job.note_import_gone()?;
+                }
+                let pieces = self.pieces(&imported, &blocks, job, budget, clock)?;
+                drop(blocks);
+                job.note_gathered(&pieces, &imported)?;
+                (imported, pieces)
+            }
+        };
+        job.remove_import()?;
+        imported.dropped.degenerate = pieces.degenerate;
+        Ok((imported, pieces))
     }
 
     /// The import: the earlier one if its triangles are still there.
@@ -198,7 +213,13 @@ impl Conversion<'_> {
     ) -> Result<Pieces, ConvertError> {
         let to_pack = ToPack::new(&offset::placement(&imported.bounds), self.params.positions);
         let [min, max] = imported.bounds.corners().map(|corner| to_pack.place(corner));
-        let partition = partition::partition(blocks, Aabb { min, max }, &to_pack, self.observer)?;
+        let partition = partition::partition(
+            blocks,
+            Aabb { min, max },
+            &to_pack,
+            Division::SurfaceArea,
+            self.observer,
+        )?;
         clock.record(Stage::Partition);
         let partition = partition.ok_or_else(|| ConvertError::NoArea {
             path: self.inputs.first().cloned().unwrap_or_default(),
@@ -222,13 +243,24 @@ impl Conversion<'_> {
         let context = piece::Context {
             params: self.params,
             output: self.output,
-            spool: &pieces.spool,
+            pieces,
             boxes: &pieces.tree.leaf_bounds(),
             shines: &emitters::shining(&imported.scene),
             id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
         };
+        let first_triangles = pieces.first_triangles();
+        let begin = output.piece_count();
+        let total = pieces.triangles();
+        let done = AtomicU64::new(first_triangles.get(begin).copied().unwrap_or(total));
+        let finished = |triangles: usize| {
+            let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
+            self.observer.progress(Stage::Build, before + triangles as u64, total);
+        };
+        let work = |number: usize| piece::build(&context, number, first_triangles[number], &finished);
         let at_a_time = self.plan.pieces_at_a_time;
-        Queue::new(&context, &pieces.sources, output, job, self.observer, at_a_time).run()
+        in_order(begin..first_triangles.len(), at_a_time, self.observer, &work, &mut |_, piece| {
+            output.add(piece, job)
+        })
     }
 
     /// The manifest as far as it is known before the pages.

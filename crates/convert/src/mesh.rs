@@ -3,6 +3,7 @@
 use crate::block::Block;
 use crate::hash::FastMap;
 use glam::{DVec3, Vec3};
+use raystrips_simplify::StoredQuadric;
 use raystrips_strips::{Mesh, StripTree};
 use std::io;
 
@@ -12,6 +13,8 @@ pub(crate) struct Welded {
     pub mesh: Mesh,
     /// Number in the input of each triangle; empty if ids are not kept.
     pub ids: Vec<u64>,
+    /// Quadric of each vertex: the sum of those that it comes with; empty if the mesh is as it was imported.
+    pub quadrics: Vec<StoredQuadric>,
     numbers: FastMap<[u32; 3], u32>,
 }
 
@@ -27,7 +30,7 @@ impl Welded {
         welded
     }
 
-    /// Adds all blocks in `bytes`, whose triangles have an area.
+    /// Adds all blocks in `bytes`.
     pub fn add(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut vertices = Vec::new();
         for block in Block::all(bytes) {
@@ -39,6 +42,12 @@ impl Welded {
                 .extend(block.triangles().map(|corners| corners.map(|v| vertices[v as usize])));
             self.mesh.geometries.resize(self.mesh.triangles.len(), block.geometry());
             self.ids.extend(block.ids());
+            if block.is_simplified() {
+                self.quadrics.resize(self.mesh.positions.len(), StoredQuadric::default());
+                for (&vertex, quadric) in vertices.iter().zip(block.quadrics()) {
+                    self.quadrics[vertex as usize] += quadric;
+                }
+            }
         }
         Ok(())
     }
@@ -79,13 +88,27 @@ pub(crate) fn encode_ids(built: &StripTree, ids: &[u64], width: u8) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block;
+    use crate::block::{self, Contents};
 
     #[test]
     fn equal_positions_are_one_vertex_across_blocks() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
-        let mut bytes = block::of_triangles(3, 10, &corners, &[[0, 1, 2], [3, 2, 1]], &[4, 6]);
-        bytes.extend(block::of_triangles(5, 90, &[Vec3::Y, Vec3::X, Vec3::ONE], &[[0, 1, 2]], &[0]));
+        let mut bytes = block::of_triangles(&Contents {
+            geometry: 3,
+            first_id: 10,
+            positions: &corners,
+            triangles: &[[0, 1, 2], [3, 2, 1]],
+            places: &[4, 6],
+            quadrics: &[],
+        });
+        bytes.extend(block::of_triangles(&Contents {
+            geometry: 5,
+            first_id: 90,
+            positions: &[Vec3::Y, Vec3::X, Vec3::ONE],
+            triangles: &[[0, 1, 2]],
+            places: &[0],
+            quadrics: &[],
+        }));
         let mut welded = Welded::with_capacity(3);
         welded.add(&bytes).unwrap();
         let Welded { mesh, ids, .. } = welded.finish();

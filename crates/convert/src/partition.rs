@@ -19,6 +19,15 @@ pub(crate) const PIECE_TRIANGLES: u64 = 1 << 18;
 /// Fewer triangles make a piece only where the heuristic finds no other way: every piece ends a page.
 const LEAST_TRIANGLES: u64 = PIECE_TRIANGLES / 16;
 
+/// How space is divided.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Division {
+    /// By the surface area heuristic: pieces are the top of the hierarchy.
+    SurfaceArea,
+    /// So that this part of the triangles is on one side of every plane: other parts move all planes.
+    Quantiles(f64),
+}
+
 /// What a look at all triangles tells.
 pub(crate) struct Partition {
     pub grid: KeyGrid,
@@ -46,9 +55,14 @@ pub(crate) fn partition(
     blocks: &Blocks,
     bounds: Aabb,
     to_pack: &ToPack,
+    division: Division,
     observer: &dyn Observer,
 ) -> Result<Option<Partition>, ConvertError> {
-    let grid = if blocks.triangles <= PIECE_TRIANGLES { KeyGrid::single() } else { KeyGrid::new(bounds) };
+    let grid = match division {
+        _ if blocks.triangles <= PIECE_TRIANGLES => KeyGrid::single(),
+        Division::SurfaceArea => KeyGrid::new(bounds),
+        Division::Quantiles(_) => KeyGrid::for_all(bounds),
+    };
     let mut cells = Cells::new(blocks.triangles, PIECE_TRIANGLES);
     let (degenerate, position_error) = loop {
         let mut tallies = cells.tallies();
@@ -68,7 +82,10 @@ pub(crate) fn partition(
     if leaf_cells.is_empty() {
         return Ok(None);
     }
-    let (tree, leaf_of_cell) = divide(&leaf_cells);
+    let (tree, leaf_of_cell) = match division {
+        Division::SurfaceArea => by_surface_area(&leaf_cells),
+        Division::Quantiles(part) => by_quantiles(&leaf_cells, part),
+    };
     Ok(Some(Partition { grid, cells, leaf_of_cell, tree, degenerate, position_error }))
 }
 
@@ -92,7 +109,7 @@ fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack) -> Coun
     let mut last = (None, Tally::NONE);
     for triangle in block.triangles() {
         let corners = triangle.map(|v| positions[v as usize]);
-        if !has_area(corners) {
+        if !block.is_simplified() && !has_area(corners) {
             counted.degenerate += 1;
             continue;
         }
@@ -117,7 +134,7 @@ impl Counted {
 }
 
 /// A hierarchy over cells with numbered leaves, each at most a piece or a single cell, and the leaf of each cell.
-fn divide(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
+fn by_surface_area(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
     let mut leaf_of_cell = vec![0; cells.len()];
     let mut next = 0;
     let mut trees = [false, true].into_iter().filter_map(|outsized| {
@@ -147,6 +164,42 @@ fn divide(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
     (tree.number_leaves(), leaf_of_cell)
 }
 
+/// The same for pieces that are not in the hierarchy of a pack.
+fn by_quantiles(cells: &[LeafCell], part: f64) -> (Bvh, Vec<u32>) {
+    let mut leaf_of_cell = vec![0; cells.len()];
+    let mut members: Vec<u32> = (0..cells.len() as u32).collect();
+    let mut next = 0;
+    let tree = quantiles(cells, part, &mut members, &mut |leaf| {
+        leaf.iter().for_each(|&cell| leaf_of_cell[cell as usize] = next);
+        next += 1;
+    });
+    (tree.number_leaves(), leaf_of_cell)
+}
+
+/// Divides `members` of `cells` along the longest axis of their centers, again and again.
+fn quantiles(cells: &[LeafCell], part: f64, members: &mut [u32], leaf: &mut dyn FnMut(&[u32])) -> Bvh {
+    let tally = |i: u32| &cells[i as usize].tally;
+    let total: u64 = members.iter().map(|&i| tally(i).count).sum();
+    if total <= PIECE_TRIANGLES || members.len() == 1 {
+        leaf(members);
+        let bounds = members.iter().fold(Aabb::EMPTY, |all, &i| all.union(tally(i).bounds));
+        return Bvh::Leaf { bounds, items: 0..1 };
+    }
+    let center = |i: u32| tally(i).bounds.center();
+    let extent = Aabb::of_points(members.iter().map(|&i| center(i))).extent();
+    let axis = (0..3).fold(0, |a, b| if extent[b] > extent[a] { b } else { a });
+    members.sort_unstable_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(&b)));
+    let mut before = 0;
+    let is_first = |&i: &u32| {
+        before += tally(i).count;
+        before as f64 <= part * total as f64
+    };
+    let count = members.iter().copied().take_while(is_first).count().clamp(1, members.len() - 1);
+    let (first, second) = members.split_at_mut(count);
+    let children = [quantiles(cells, part, first, leaf), quantiles(cells, part, second, leaf)];
+    Bvh::Inner { bounds: children[0].bounds().union(children[1].bounds()), children: Box::new(children) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,7 +216,7 @@ mod tests {
         let mut cells: Vec<LeafCell> = (0..64).flat_map(|x| (0..64).map(move |y| cell(x, y))).collect();
         let all = cells.iter().fold(Aabb::EMPTY, |all, c| all.union(c.tally.bounds));
         cells.push(LeafCell { tally: Tally { count: 1, bounds: all }, is_outsized: true });
-        let (tree, leaf_of_cell) = divide(&cells);
+        let (tree, leaf_of_cell) = by_surface_area(&cells);
         let leaves = tree.leaves().len();
         let mut counts = vec![0; leaves];
         for (cell, &leaf) in cells.iter().zip(&leaf_of_cell) {

@@ -1,13 +1,11 @@
 //! One piece, from the scratch file to pages.
 
 use crate::assemble::{Assembled, assemble};
-use crate::blocks::lost_triangles;
 use crate::borders::{self, Position};
-use crate::distribute::PieceSource;
+use crate::distribute::Pieces;
 use crate::emitters::emitters;
 use crate::mesh::{Welded, encode_ids};
 use crate::{ConvertError, ConvertParams};
-use raystrips_extmem::Spool;
 use raystrips_geom::Aabb;
 use raystrips_pack::Emitter;
 use std::path::Path;
@@ -17,7 +15,7 @@ pub(crate) struct Context<'a> {
     pub params: &'a ConvertParams,
     /// The pack.
     pub output: &'a Path,
-    pub spool: &'a Spool,
+    pub pieces: &'a Pieces,
     /// Box of each piece.
     pub boxes: &'a [Aabb],
     /// For each geometry whether it shines.
@@ -43,19 +41,10 @@ pub(crate) struct BuiltPiece {
 pub(crate) fn build(
     context: &Context,
     number: usize,
-    source: &PieceSource,
     first_triangle: u64,
     finished: &(dyn Fn(usize) + Sync),
 ) -> Result<BuiltPiece, ConvertError> {
-    let mut welded = Welded::with_capacity(source.triangles as usize);
-    for part in source.parts() {
-        let bytes = context.spool.read(part).map_err(ConvertError::Scratch)?;
-        welded.add(&bytes).map_err(ConvertError::Scratch)?;
-    }
-    let Welded { mesh, ids, .. } = welded.finish();
-    if mesh.triangles.len() as u64 != source.triangles {
-        return Err(ConvertError::Scratch(lost_triangles()));
-    }
+    let Welded { mesh, ids, .. } = context.pieces.read(number)?;
     let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(context.boxes, number));
     let emitters = emitters(context.shines, &mesh);
     let built = raystrips_strips::build(&mesh, &context.params.strips, finished);

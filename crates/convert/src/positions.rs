@@ -40,6 +40,11 @@ impl ToPack {
         ToPack { offset: DVec3::from_array(placement.offset), step }
     }
 
+    /// For positions that are those of the pack already.
+    pub fn identity() -> ToPack {
+        ToPack { offset: DVec3::ZERO, step: None }
+    }
+
     /// Position in the pack. Negative zero becomes zero: they are the same place.
     #[inline]
     pub fn place(&self, position: [f64; 3]) -> Vec3 {

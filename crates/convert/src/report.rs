@@ -16,8 +16,10 @@ pub enum Stage {
     Partition,
     /// Gathering the triangles of each piece; counts triangles.
     Distribute,
-    /// Hierarchy, strips and pages of each piece; counts triangles.
+    /// Hierarchy, strips and pages of each piece, and the first level of its proxy; counts triangles.
     Build,
+    /// A level of simplification; counts its triangles.
+    Simplify,
 }
 
 impl Stage {
@@ -28,6 +30,7 @@ impl Stage {
             Stage::Partition => "partition",
             Stage::Distribute => "distribute",
             Stage::Build => "build",
+            Stage::Simplify => "simplify",
         }
     }
 }

@@ -22,21 +22,38 @@ pub struct Spool {
     /// What is in memory: the beginning of all, each with its offset.
     in_memory: Vec<(u64, Vec<u8>)>,
     memory: Option<Reservation>,
-    path: PathBuf,
+    place: Place,
     file: Option<File>,
     /// Offset of the first byte in the file.
     file_begin: u64,
     length: u64,
 }
 
+/// Where the file of a spool is.
+#[derive(Debug)]
+enum Place {
+    Named(PathBuf),
+    /// Without a name in this folder: gone when the spool is.
+    Unnamed(PathBuf),
+}
+
 impl Spool {
     /// An empty spool that takes memory of `budget`, and the file `path` when that is spent; no memory if there is no
     /// budget.
     pub fn new(path: &Path, budget: Option<&MemoryBudget>) -> Spool {
+        Spool::at(Place::Named(path.to_owned()), budget)
+    }
+
+    /// The same with a file in `folder` that is gone when the spool is.
+    pub fn unnamed(folder: &Path, budget: Option<&MemoryBudget>) -> Spool {
+        Spool::at(Place::Unnamed(folder.to_owned()), budget)
+    }
+
+    fn at(place: Place, budget: Option<&MemoryBudget>) -> Spool {
         Spool {
             in_memory: Vec::new(),
             memory: budget.and_then(|budget| budget.take(0)),
-            path: path.to_owned(),
+            place,
             file: None,
             file_begin: 0,
             length: 0,
@@ -73,7 +90,10 @@ impl Spool {
 
     fn file(&mut self) -> io::Result<&mut File> {
         if self.file.is_none() {
-            let file = OpenOptions::new().read(true).append(true).create(true).open(&self.path)?;
+            let file = match &self.place {
+                Place::Named(path) => OpenOptions::new().read(true).append(true).create(true).open(path)?,
+                Place::Unnamed(folder) => tempfile::tempfile_in(folder)?,
+            };
             file.set_len(0)?;
             self.file = Some(file);
             self.file_begin = self.length;
@@ -138,6 +158,15 @@ mod tests {
             assert_eq!(spool.sync().unwrap(), matches!(memory, None | Some(0)));
             assert_eq!(path.exists(), memory != Some(1000));
         }
+    }
+
+    #[test]
+    fn without_a_name_there_is_nothing_in_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut spool = Spool::unnamed(folder.path(), None);
+        let extents: Vec<Extent> = (0..5).map(|i| spool.append(text(i)).unwrap()).collect();
+        assert_eq!(*spool.read(extents[3]).unwrap(), text(3));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[cfg(target_os = "linux")]

@@ -1,6 +1,7 @@
 //! Edges are collapsed by least cost until few enough triangles are left.
 
 use crate::legal::{Effect, Inspector};
+use crate::curve::CostCurve;
 use crate::planes;
 use crate::queue::{Entry, Queue};
 use crate::work_mesh::WorkMesh;
@@ -35,7 +36,7 @@ const LEAST_GAIN: f64 = 0.02;
 
 /// Simplifies a piece. The result depends on nothing but the arguments.
 ///
-/// The target is always reached, to a triangle or two, except as locked vertices or the error keep it from being
+/// The target is always reached, to a triangle or two, except as locked vertices or the cost keep it from being
 /// reached. Meshes without edges of one triangle still have none afterwards. Memory: about 150 bytes a triangle. Time:
 /// O(n).
 ///
@@ -43,10 +44,13 @@ const LEAST_GAIN: f64 = 0.02;
 /// If an index is out of range, there are not as many geometries as triangles, or more than 2^28 triangles.
 pub fn simplify(piece: Piece, target: Target) -> Simplified {
     let mut simplifier = Simplifier::of(&piece, target);
-    for rule in [Rule::Upright, Rule::Anything] {
-        simplifier.run(rule);
+    simplifier.run(Rule::Upright);
+    if target.max_cost == f64::INFINITY {
+        simplifier.run(Rule::Anything);
     }
-    simplifier.mesh.finish(piece, simplifier.largest.sqrt())
+    let Simplifier { mesh, largest, curve, .. } = simplifier;
+    let (piece, sources) = mesh.finish(piece);
+    Simplified { piece, sources, error: largest.sqrt(), curve }
 }
 
 struct Simplifier {
@@ -56,6 +60,7 @@ struct Simplifier {
     target: Target,
     /// The largest error of a collapse, squared.
     largest: f64,
+    curve: CostCurve,
 }
 
 /// Where the ends of an edge would go, and at what price.
@@ -76,7 +81,8 @@ impl Simplifier {
             planes::add_borders(&mut mesh);
         }
         let inspector = Inspector::new(mesh.vertices.len());
-        Simplifier { mesh, inspector, queue: Queue::new(), target, largest: 0.0 }
+        let curve = CostCurve::beginning_with(mesh.triangle_count);
+        Simplifier { mesh, inspector, queue: Queue::new(), target, largest: 0.0, curve }
     }
 
     fn run(&mut self, rule: Rule) {
@@ -95,8 +101,8 @@ impl Simplifier {
 
     /// Puts all edges into the queue and works until it is empty.
     fn round(&mut self, rule: Rule) {
-        let Simplifier { mesh, queue, .. } = self;
-        planes::for_each_edge(mesh, &mut |mesh, edge, _| push(mesh, queue, edge));
+        let Simplifier { mesh, queue, target, .. } = self;
+        planes::for_each_edge(mesh, &mut |mesh, edge, _| push(mesh, queue, target, edge));
         let mut batch = Vec::with_capacity(BATCH);
         loop {
             let mesh = &self.mesh;
@@ -124,15 +130,15 @@ impl Simplifier {
         if effect == Effect::Vanishes {
             placed = self.price_of_vanishing(placed, entry.ends);
             if !entry.is_priced {
-                self.queue.push(placed.cost, Entry { is_priced: true, ..entry });
+                if placed.cost < self.target.max_cost {
+                    self.queue.push(placed.cost, Entry { is_priced: true, ..entry });
+                }
                 return;
             }
         } else if rule != Rule::Anything && self.inspector.flips(&self.mesh, entry.ends, placed.position) {
             return;
         }
-        if placed.error <= self.target.max_error * self.target.max_error {
-            self.collapse(entry.ends, &placed);
-        }
+        self.collapse(entry.ends, &placed);
     }
 
     /// What vanishes is off by its size.
@@ -149,14 +155,15 @@ impl Simplifier {
         }
         self.inspector.collapse(&mut self.mesh, [kept, gone], placed.position);
         self.largest = self.largest.max(placed.error);
-        let queue = &mut self.queue;
-        let mut push = |mesh: &WorkMesh, w: u32| push(mesh, queue, [kept, w]);
+        self.curve.record(placed.cost, self.mesh.triangle_count);
+        let Simplifier { queue, target, .. } = self;
+        let mut push = |mesh: &WorkMesh, w: u32| push(mesh, queue, target, [kept, w]);
         self.inspector.for_each_neighbor(&mut self.mesh, kept, &mut push);
     }
 }
 
-fn push(mesh: &WorkMesh, queue: &mut Queue, ends: [u32; 2]) {
-    if let Some(placed) = place(mesh, ends) {
+fn push(mesh: &WorkMesh, queue: &mut Queue, target: &Target, ends: [u32; 2]) {
+    if let Some(placed) = place(mesh, ends).filter(|placed| placed.cost < target.max_cost) {
         queue.push(placed.cost, Entry { ends, stamp: mesh.stamp(ends), is_priced: false });
     }
 }

@@ -7,10 +7,12 @@
 //!
 //! A piece may be one of many: vertices that others have too are *locked*, and vertices come with the quadrics that
 //! stand for the surface they have replaced so far, so that pieces can be simplified, regrouped with other borders and
-//! simplified again, and errors remain errors against the original.
+//! simplified again, and errors remain errors against the original. The [`CostCurve`]s of pieces tell at what cost all
+//! of them together have as many triangles as are wanted.
 
 pub mod closest;
 mod collapse;
+mod curve;
 mod legal;
 pub mod measure;
 mod planes;
@@ -20,8 +22,9 @@ mod weld;
 mod work_mesh;
 
 pub use collapse::simplify;
+pub use curve::CostCurve;
 pub use measure::{Distances, measure};
-pub use quadric::Quadric;
+pub use quadric::{Quadric, StoredQuadric};
 pub use weld::weld;
 
 use glam::{DVec3, Vec3};
@@ -41,31 +44,26 @@ pub struct Piece {
     ///
     /// Where pieces share a vertex, each makes the part of its quadric that its own triangles give, so that the sum
     /// over pieces is the whole. It must stay the sum: give what there is to one of the next pieces, and
-    /// [`Quadric::default`] to the others.
-    pub quadrics: Vec<Quadric>,
-    /// What the quadrics' points are relative to: best about the middle of the piece.
+    /// [`StoredQuadric::default`] to the others.
+    pub quadrics: Vec<StoredQuadric>,
+    /// What is computed is relative to this: best about the middle of the piece.
     pub origin: DVec3,
 }
 
-/// When to stop: with as few triangles as `triangles`, or where the error would exceed `max_error`.
+/// When to stop: with as few triangles as `triangles`, or where no collapse costs less than `max_cost`.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Triangles to keep.
     pub triangles: usize,
-    /// Greatest error of a collapse in scene units: the root of the mean squared distance of a vertex to the surface
-    /// that it stands for, as the quadric tells it.
-    pub max_error: f64,
+    /// Least cost that no collapse may have: what [`CostCurve`] counts, so that pieces which are simplified one by one
+    /// end where all of them in one would.
+    pub max_cost: f64,
 }
 
 impl Target {
-    /// As many as `triangles` are to be kept, whatever the error.
+    /// As many as `triangles` are to be kept, whatever the cost.
     pub fn triangles(triangles: usize) -> Target {
-        Target { triangles, max_error: f64::INFINITY }
-    }
-
-    /// As few are to be kept as an error of `max_error` allows.
-    pub fn error(max_error: f64) -> Target {
-        Target { triangles: 0, max_error }
+        Target { triangles, max_cost: f64::INFINITY }
     }
 }
 
@@ -76,6 +74,9 @@ pub struct Simplified {
     pub piece: Piece,
     /// For each vertex the one of the input that it was, or that others were collapsed onto. Ascending.
     pub sources: Vec<u32>,
-    /// The largest error of a collapse, as in [`Target::max_error`].
+    /// The largest error of a collapse in scene units: the root of the mean squared distance of a vertex to the surface
+    /// that it stands for, as the quadric tells it.
     pub error: f64,
+    /// How many triangles were left by the cost of collapses.
+    pub curve: CostCurve,
 }

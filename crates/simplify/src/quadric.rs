@@ -6,8 +6,28 @@
 //! multiple of the squared distance to a known point is added, which damps the same directions smoothly and costs a
 //! tenth of a decomposition.
 
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use std::ops::{Add, AddAssign};
+
+/// A quadric to keep with its vertex, to which it is relative: the matrix, the vector, the constant and the weight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct StoredQuadric([f32; 11]);
+
+impl StoredQuadric {
+    /// Area that it stands for.
+    pub fn weight(&self) -> f32 {
+        self.0[10]
+    }
+}
+
+impl AddAssign for StoredQuadric {
+    /// Adds the quadric of a vertex at the same place.
+    fn add_assign(&mut self, other: StoredQuadric) {
+        self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
+    }
+}
 
 /// A sum of weighted squared distances to planes: `p A p + 2 b p + c`. Points are relative to an origin that all
 /// quadrics of a piece share.
@@ -55,6 +75,18 @@ impl Quadric {
     pub fn moved(&self, origin: DVec3) -> Quadric {
         let b = self.b + self.apply(origin);
         Quadric { b, c: origin.dot(b + self.b) + self.c, ..*self }
+    }
+
+    /// The quadric as stored with a vertex at `p`: relative to that, so that an `f32` is enough.
+    pub fn stored_at(&self, p: DVec3) -> StoredQuadric {
+        let Quadric { a: [xx, yy, zz, xy, xz, yz], b, c, weight } = self.moved(p);
+        StoredQuadric([xx, yy, zz, xy, xz, yz, b.x, b.y, b.z, c, weight].map(|x| x as f32))
+    }
+
+    /// The quadric that was stored with a vertex at `p`.
+    pub fn from_stored(stored: StoredQuadric, p: DVec3) -> Quadric {
+        let [xx, yy, zz, xy, xz, yz, x, y, z, c, weight] = stored.0.map(f64::from);
+        Quadric { a: [xx, yy, zz, xy, xz, yz], b: DVec3::new(x, y, z), c, weight }.moved(-p)
     }
 
     /// The point where the error is least, if `pull` times the squared distance to `anchor` is added to it. `None` if
@@ -146,5 +178,16 @@ mod tests {
         let origin = DVec3::new(-4.0, 0.5, 7.0);
         let p = DVec3::new(0.3, 0.2, -0.1);
         assert!((quadric.moved(origin).error(p - origin) - quadric.error(p)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_stored_comes_back() {
+        let p = DVec3::new(1000.0, -2000.0, 3000.0);
+        let quadric = corner_at(p);
+        let again = Quadric::from_stored(quadric.stored_at(p + DVec3::X), p + DVec3::X);
+        for at in [p, p + DVec3::new(0.5, 0.25, 2.0)] {
+            assert!((again.error(at) - quadric.error(at)).abs() < 1e-5);
+        }
+        assert_eq!(again.weight(), 6.0);
     }
 }

@@ -4,10 +4,7 @@
 //! cost comes first does not matter to the result, and appending to a list is many times cheaper than a place in a
 //! heap. First in, first out also spreads collapses that cost nothing over a plane instead of feeding one vertex.
 
-/// Bits of an `f64` below those that tell the bucket: sign, exponent and four bits of the mantissa remain.
-const DROPPED_BITS: u32 = 48;
-/// Costs are not negative, so the sign is not needed.
-const BUCKETS: usize = 1 << (63 - DROPPED_BITS);
+use crate::curve::{CLASSES, class};
 
 /// An edge to collapse.
 #[derive(Clone, Copy, Debug)]
@@ -38,13 +35,13 @@ impl Queue {
     /// A queue without entries.
     pub fn new() -> Queue {
         let mut buckets = Vec::new();
-        buckets.resize_with(BUCKETS, Bucket::default);
-        Queue { buckets, lowest: BUCKETS }
+        buckets.resize_with(CLASSES, Bucket::default);
+        Queue { buckets, lowest: CLASSES }
     }
 
     /// Adds a collapse of a cost that is not negative.
     pub fn push(&mut self, cost: f64, entry: Entry) {
-        let bucket = (cost.abs().to_bits() >> DROPPED_BITS) as usize;
+        let bucket = class(cost);
         self.buckets[bucket].entries.push(entry);
         self.lowest = self.lowest.min(bucket);
     }

@@ -25,7 +25,7 @@ pub fn weld(piece: &Piece) -> Piece {
             welded.locked[number as usize] |= locked;
         }
         if let Some(&quadric) = piece.quadrics.get(i) {
-            welded.quadrics.resize(welded.positions.len(), crate::Quadric::default());
+            welded.quadrics.resize(welded.positions.len(), crate::StoredQuadric::default());
             welded.quadrics[number as usize] += quadric;
         }
         number

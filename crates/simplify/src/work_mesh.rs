@@ -5,8 +5,8 @@
 //! left behind all others. Triangles that are gone leave a row when it is next read. Versions, which are asked for
 //! most, are by themselves.
 
-use crate::{Piece, Quadric, Simplified};
-use glam::DVec3;
+use crate::{Piece, Quadric};
+use glam::{DVec3, Vec3};
 
 /// No vertex.
 pub const NONE: u32 = u32::MAX;
@@ -59,12 +59,16 @@ impl WorkMesh {
     pub fn of(piece: &Piece) -> WorkMesh {
         assert!(piece.triangles.len() <= MAX_TRIANGLES, "a piece has at most 2^28 triangles");
         assert_eq!(piece.triangles.len(), piece.geometries.len(), "every triangle has a geometry");
-        let vertex = |i: usize| Vertex {
-            position: piece.positions[i].as_dvec3() - piece.origin,
-            quadric: piece.quadrics.get(i).copied().unwrap_or_default(),
-            first_corner: 0,
-            corner_count: 0,
-            flags: if piece.locked.get(i) == Some(&true) { LOCKED } else { 0 },
+        let vertex = |i: usize| {
+            let position = piece.positions[i].as_dvec3() - piece.origin;
+            let quadric = piece.quadrics.get(i).map(|&stored| Quadric::from_stored(stored, position));
+            Vertex {
+                position,
+                quadric: quadric.unwrap_or_default(),
+                first_corner: 0,
+                corner_count: 0,
+                flags: if piece.locked.get(i) == Some(&true) { LOCKED } else { 0 },
+            }
         };
         let triangles = piece.triangles.iter().zip(&piece.geometries);
         let triangles = triangles.map(|(&vertices, &geometry)| Triangle { vertices, geometry });
@@ -199,8 +203,8 @@ impl WorkMesh {
         (first as u32, (corners.len() - first) as u32)
     }
 
-    /// The mesh as a piece again; `piece` is what it was made of.
-    pub fn finish(self, piece: Piece, error: f64) -> Simplified {
+    /// The mesh as a piece again, and for each vertex the one of `piece`, of which it was made.
+    pub fn finish(self, piece: Piece) -> (Piece, Vec<u32>) {
         let mut used: Vec<bool> = self.vertices.iter().map(|v| v.flags & LOCKED != 0).collect();
         let left = || self.triangles.iter().filter(|triangle| triangle.vertices[0] != NONE);
         for v in left().flat_map(|triangle| triangle.vertices) {
@@ -216,15 +220,19 @@ impl WorkMesh {
             _ => (self.vertex(v).position + piece.origin).as_vec3(),
         };
         let locked = |&v: &u32| self.is_locked(v);
+        let positions: Vec<Vec3> = sources.iter().map(position).collect();
+        let quadrics = sources.iter().zip(&positions).map(|(&v, position)| {
+            self.vertex(v).quadric.stored_at(position.as_dvec3() - piece.origin)
+        });
         let is_any_locked = piece.locked.iter().any(|&locked| locked);
         let simplified = Piece {
-            positions: sources.iter().map(position).collect(),
+            quadrics: quadrics.collect(),
             triangles: left().map(|t| t.vertices.map(|v| numbers[v as usize])).collect(),
             geometries: left().map(|t| t.geometry).collect(),
             locked: if is_any_locked { sources.iter().map(locked).collect() } else { Vec::new() },
-            quadrics: sources.iter().map(|&v| self.vertex(v).quadric).collect(),
+            positions,
             origin: piece.origin,
         };
-        Simplified { piece: simplified, sources, error }
+        (simplified, sources)
     }
 }

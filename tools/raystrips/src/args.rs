@@ -2,7 +2,7 @@
 
 use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use raystrips_convert::Positions;
+use raystrips_convert::{ConvertParams, ImportOptions, Positions};
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -59,23 +59,44 @@ pub struct ConvertOptions {
     #[arg(long, value_name = "exact|grid[:BITS]", default_value = "exact", value_parser = parse_positions)]
     pub positions: Positions,
 
+    /// How models are read.
+    #[command(flatten)]
+    pub source: SourceOptions,
+}
+
+/// How models are read and worked on.
+#[derive(Args, Debug, Clone)]
+pub struct SourceOptions {
     /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
     #[arg(long)]
     pub drop_out_of_range: bool,
 
-    /// Memory that a conversion keeps to, like 512M or 4G; by default half of what is free.
+    /// Memory to keep to, like 512M or 4G; by default half of what is free.
     ///
-    /// It bounds the whole process. What does not fit goes to scratch files. The pack is the same.
+    /// It bounds the whole process. What does not fit goes to scratch files. The result is the same.
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     pub memory: Option<u64>,
 
-    /// Folder for scratch files; by default one beside the pack.
+    /// Folder for scratch files; by default one beside the output.
     #[arg(long, value_name = "DIR")]
     pub scratch: Option<PathBuf>,
 
-    /// Begin anew where an interrupted conversion could go on.
+    /// Begin anew where an interrupted run could go on.
     #[arg(long)]
     pub restart: bool,
+}
+
+impl SourceOptions {
+    /// Parameters with these and all others as they are by default.
+    pub fn params(&self) -> ConvertParams {
+        ConvertParams {
+            import: ImportOptions { drop_out_of_range: self.drop_out_of_range, ..ImportOptions::default() },
+            memory: self.memory,
+            scratch: self.scratch.clone(),
+            restart: self.restart,
+            ..ConvertParams::default()
+        }
+    }
 }
 
 /// Flags of `convert`.
@@ -125,13 +146,9 @@ pub struct ProxyArgs {
     #[arg(long)]
     pub measure: bool,
 
-    /// Memory to keep to, like 4G; by default half of what is free. For now the whole mesh has to fit.
-    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
-    pub memory: Option<u64>,
-
-    /// Leave out triangles that name vertices that do not exist, and count them, instead of refusing the file.
-    #[arg(long)]
-    pub drop_out_of_range: bool,
+    /// How models are read.
+    #[command(flatten)]
+    pub source: SourceOptions,
 
     /// Threads; 0 takes all processors.
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -1,7 +1,7 @@
 //! Meshes to be simplified.
 
 use glam::Vec3;
-use raystrips_simplify::{Piece, Quadric, Simplified};
+use raystrips_simplify::{Piece, Simplified, StoredQuadric};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub fn piece(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Piece {
@@ -127,7 +127,7 @@ pub fn join(parts: &[Simplified]) -> Piece {
             let number = *numbers.entry(*source).or_insert(next);
             if number == next {
                 joined.positions.push(part.piece.positions[i]);
-                joined.quadrics.push(Quadric::default());
+                joined.quadrics.push(StoredQuadric::default());
             }
             joined.quadrics[number as usize] += part.piece.quadrics[i];
             number

@@ -7,7 +7,7 @@ use crate::progress::ConvertProgress;
 use crate::units::{bytes, grouped};
 use crate::{interrupt, process};
 use anyhow::{Context, Result};
-use raystrips_convert::{ConvertParams, ConvertReport, ImportOptions, StripParams, convert};
+use raystrips_convert::{ConvertParams, ConvertReport, StripParams, convert};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -51,12 +51,9 @@ pub fn convert_with(
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
         positions: options.positions,
         keep_ids: options.keep_ids,
-        import: ImportOptions { drop_out_of_range: options.drop_out_of_range, ..ImportOptions::default() },
-        memory: options.memory,
-        scratch: options.scratch.clone(),
-        restart: options.restart,
+        ..options.source.params()
     };
-    let progress = ConvertProgress::new(options.memory.is_some());
+    let progress = ConvertProgress::new(options.source.memory.is_some());
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
     let result = pool.install(|| convert(inputs, output, &params, &progress));

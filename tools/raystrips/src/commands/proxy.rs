@@ -7,7 +7,7 @@ use crate::progress::ConvertProgress;
 use crate::units::grouped;
 use crate::{interrupt, process};
 use anyhow::{Context, Result, bail};
-use raystrips_convert::{ImportOptions, Proxy, ProxyParams, ProxySize, proxy};
+use raystrips_convert::{Proxy, ProxyParams, ProxySize, proxy};
 use raystrips_meshio::{ExportFormat, ExportMesh, export};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -28,14 +28,13 @@ pub fn run(args: &ProxyArgs) -> Result<()> {
     let begin = Instant::now();
     let params = ProxyParams {
         size: args.triangles.map_or(ProxySize::Ratio(args.ratio), ProxySize::Triangles),
-        import: ImportOptions { drop_out_of_range: args.drop_out_of_range, ..ImportOptions::default() },
-        memory: args.memory,
+        convert: args.source.params(),
         measured_points: if args.measure { MEASURED_POINTS } else { 0 },
     };
-    let progress = ConvertProgress::new(false);
+    let progress = ConvertProgress::new(args.source.memory.is_some());
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(args.threads).build().context("cannot start threads")?;
-    let result = pool.install(|| proxy(&args.inputs, &params, &progress));
+    let result = pool.install(|| proxy(&args.inputs, &args.output, &params, &progress));
     progress.finish();
     let made = result?;
     made.warnings.iter().for_each(|warning| eprintln!("raystrips: warning: {warning}"));
@@ -60,7 +59,7 @@ fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
         return print_json(&json!({
             "triangles": made.triangles.len(),
             "vertices": made.positions.len(),
-            "input": {"triangles": made.input_triangles},
+            "input": {"triangles": made.input_triangles, "pieces": made.pieces},
             "distance": distances.unwrap_or(Value::Null),
             "seconds": {"total": seconds},
             "peak_rss_bytes": process::peak_rss_bytes(),

@@ -1,0 +1,124 @@
+//! Simplification of what does not fit in memory, level by level.
+//!
+//! On each level the mesh is divided into pieces. Each is simplified by itself; vertices that several have stay as they
+//! are, so that pieces fit together. The next level divides what is left by other planes: what was a border is in the
+//! middle of a piece then, and since vertices bring their quadrics along, it is simplified as if it had never been one.
+//! Pieces depend on the mesh alone, so the result does not depend on memory or threads.
+
+use super::allotment::{Allotment, Goal};
+use super::locks::Locks;
+use super::piece::{self, Simplified};
+use crate::blocks::{Blocks, lost_triangles};
+use crate::distribute::{self, Pieces};
+use crate::partition::{self, Division};
+use crate::positions::ToPack;
+use crate::queue::in_order;
+use crate::{ConvertError, Observer, Stage};
+use raystrips_extmem::{MemoryBudget, Spool};
+use raystrips_geom::Aabb;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Parts of the triangles on one side of the planes that divide space, by turns of the levels.
+const PARTS: [f64; 3] = [0.4, 0.53, 0.62];
+/// A level that leaves more than this part of what it began with was kept from its goal by locks.
+const STUCK: f64 = 0.85;
+/// The count may be missed by this part of it.
+const TOLERANCE: f64 = 0.005;
+/// Levels after which the count is left as it is: more than 2^64 triangles need.
+const MOST_LEVELS: usize = 40;
+
+/// Simplifies level by level.
+pub(crate) struct Levels<'a> {
+    /// Folder for scratch files.
+    pub folder: &'a Path,
+    /// Memory for what is kept between the levels.
+    pub budget: Option<&'a MemoryBudget>,
+    /// Memory for sorting.
+    pub sort_memory: u64,
+    /// Pieces and batches that are worked on at a time.
+    pub pieces_at_a_time: usize,
+    pub batches_at_a_time: usize,
+    /// Box of the mesh.
+    pub bounds: Aabb,
+    pub observer: &'a dyn Observer,
+}
+
+impl Levels<'_> {
+    /// The first level: `pieces` as they were gathered, on the way to `wanted` triangles.
+    pub fn first(&self, pieces: &Pieces, wanted: u64) -> Result<Blocks, ConvertError> {
+        let locks = Locks::by_boxes(pieces);
+        self.level(pieces, &locks, wanted)
+    }
+
+    /// Simplifies `blocks` of a simplified mesh on to `wanted` triangles.
+    pub fn reduce(&self, mut blocks: Blocks, wanted: u64) -> Result<Blocks, ConvertError> {
+        let enough = (wanted as f64 * (1.0 + TOLERANCE)) as u64;
+        let mut is_stuck = false;
+        for level in 1..=MOST_LEVELS {
+            if blocks.triangles <= enough {
+                break;
+            }
+            let pieces = self.regroup(&blocks, PARTS[level % PARTS.len()])?;
+            let locks = if is_stuck { self.exact_locks(&pieces)? } else { Locks::by_boxes(&pieces) };
+            let before = blocks.triangles;
+            blocks = self.level(&pieces, &locks, wanted)?;
+            is_stuck = blocks.triangles as f64 > STUCK * before as f64;
+        }
+        Ok(blocks)
+    }
+
+    /// Divides what `blocks` hold into pieces by planes that have this part of the triangles on one side.
+    fn regroup(&self, blocks: &Blocks, part: f64) -> Result<Pieces, ConvertError> {
+        let to_pack = ToPack::identity();
+        let quiet = Quiet(self.observer);
+        let division = Division::Quantiles(part);
+        let partition = partition::partition(blocks, self.bounds, &to_pack, division, &quiet)?;
+        let partition = partition.ok_or_else(|| ConvertError::Scratch(lost_triangles()))?;
+        let spool = Spool::unnamed(self.folder, self.budget);
+        distribute::distribute(blocks, &partition, &to_pack, false, spool, &quiet)
+    }
+
+    fn exact_locks(&self, pieces: &Pieces) -> Result<Locks, ConvertError> {
+        let memory = self.sort_memory as usize;
+        Locks::by_vertices(pieces, self.folder, memory, self.pieces_at_a_time, self.observer)
+    }
+
+    /// Simplifies `pieces`.
+    fn level(&self, pieces: &Pieces, locks: &Locks, wanted: u64) -> Result<Blocks, ConvertError> {
+        let goal = Goal::of(pieces.triangles(), pieces.sources.len(), wanted);
+        let allotment = Allotment::new(pieces, locks, goal, wanted, self.pieces_at_a_time, self.observer)?;
+        let mut blocks = Blocks {
+            spool: Spool::unnamed(self.folder, self.budget),
+            chunks: Vec::new(),
+            triangles: 0,
+            at_a_time: self.batches_at_a_time,
+            is_consumed: false,
+        };
+        let (done, total) = (AtomicU64::new(0), pieces.triangles());
+        let work = |number: usize| {
+            let triangles = pieces.sources[number].triangles;
+            let simplified = piece::simplified(pieces, number, locks, allotment.target(number, triangles))?;
+            let before = done.fetch_add(triangles, Ordering::Relaxed);
+            self.observer.progress(Stage::Simplify, before + triangles, total);
+            Ok(simplified)
+        };
+        let count = pieces.sources.len();
+        in_order(0..count, self.pieces_at_a_time, self.observer, &work, &mut |_, simplified| {
+            let Simplified { bytes, triangles } = simplified;
+            blocks.chunks.push(blocks.spool.append(bytes).map_err(ConvertError::Scratch)?);
+            blocks.triangles += triangles;
+            Ok(())
+        })?;
+        Ok(blocks)
+    }
+}
+
+/// Passes on nothing but whether to stop: what the levels do between them is not worth a bar of its own.
+struct Quiet<'a>(&'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}

@@ -1,0 +1,141 @@
+//! A mesh of fewer triangles that looks like the model from afar, whatever the size of the model.
+
+mod allotment;
+mod levels;
+mod locks;
+mod piece;
+
+use crate::distribute::Pieces;
+use crate::import::Imported;
+use crate::job::{Found, Job};
+use crate::mesh::Welded;
+use crate::report::Clock;
+use crate::{Conversion, ConvertError, ConvertParams, Observer, Plan, offset};
+use glam::Vec3;
+use levels::Levels;
+use raystrips_geom::scene::SceneDesc;
+use raystrips_simplify::{Distances, measure};
+use std::path::{Path, PathBuf};
+
+/// How large a proxy is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProxySize {
+    /// As a share of the triangles of the input.
+    Ratio(f64),
+    /// In triangles.
+    Triangles(u64),
+}
+
+impl ProxySize {
+    /// Triangles of the proxy of a model of so many: at least one.
+    fn triangles(self, of: u64) -> u64 {
+        let wanted = match self {
+            ProxySize::Ratio(ratio) => (of as f64 * ratio).round() as u64,
+            ProxySize::Triangles(triangles) => triangles,
+        };
+        wanted.clamp(1, of.max(1))
+    }
+}
+
+/// Parameters of [`proxy`].
+#[derive(Clone, Debug)]
+pub struct ProxyParams {
+    /// How large it is to be.
+    pub size: ProxySize,
+    /// How the model is read and gathered: what to do where files leave a choice, memory, scratch files.
+    pub convert: ConvertParams,
+    /// Points on each surface at which the distance to the other is measured; 0 to measure nothing.
+    pub measured_points: usize,
+}
+
+/// A simplified mesh.
+#[derive(Clone, Debug)]
+pub struct Proxy {
+    /// Vertices, less the offset.
+    pub positions: Vec<Vec3>,
+    /// Corners as vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// Geometry of each triangle.
+    pub geometries: Vec<u32>,
+    /// Geometries and materials.
+    pub scene: SceneDesc,
+    /// What to add to all positions.
+    pub offset: [f64; 3],
+    /// Triangles of the input that have an area.
+    pub input_triangles: u64,
+    /// Pieces that the input was divided into.
+    pub pieces: usize,
+    /// Diagonal of the input's box.
+    pub diagonal: f64,
+    /// Distances between the surfaces in scene units, if they were measured.
+    pub distances: Option<Distances>,
+    /// Things worth knowing about the input, a line each.
+    pub warnings: Vec<String>,
+}
+
+/// Simplifies `inputs`, all placed into one scene. Scratch files are beside `output`, which is not written. The same
+/// inputs and parameters give the same mesh, whatever the memory and the number of threads.
+pub fn proxy(
+    inputs: &[PathBuf],
+    output: &Path,
+    params: &ProxyParams,
+    observer: &dyn Observer,
+) -> Result<Proxy, ConvertError> {
+    let plan = Plan::new(inputs, output, &params.convert)?;
+    observer.planned(&plan);
+    let (mut job, found) = Job::open(inputs, output, &params.convert)?;
+    let conversion = Conversion { inputs, output, params: &params.convert, plan: &plan, observer };
+    job.run(|job| conversion.simplify(job, found, params))
+}
+
+impl Conversion<'_> {
+    fn simplify(&self, job: &mut Job, mut found: Found, params: &ProxyParams) -> Result<Proxy, ConvertError> {
+        let budget = self.budget();
+        let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut Clock::new())?;
+        let wanted = params.size.triangles(pieces.triangles());
+        let levels = Levels {
+            folder: job.scratch_path(),
+            budget: budget.as_ref(),
+            sort_memory: self.plan.sort_memory(),
+            pieces_at_a_time: self.plan.pieces_at_a_time,
+            batches_at_a_time: self.plan.batches_at_a_time(),
+            bounds: pieces.tree.bounds(),
+            observer: self.observer,
+        };
+        let blocks = levels.reduce(levels.first(&pieces, wanted)?, wanted)?;
+        let Welded { mesh, .. } = blocks.weld()?;
+        let distances = match params.measured_points {
+            0 => None,
+            points => Some(measured(&pieces, &mesh, points)?),
+        };
+        let Imported { scene, warnings, bounds, .. } = imported;
+        Ok(Proxy {
+            positions: mesh.positions,
+            triangles: mesh.triangles,
+            geometries: mesh.geometries,
+            scene,
+            offset: offset::placement(&bounds).offset,
+            input_triangles: pieces.triangles(),
+            pieces: pieces.sources.len(),
+            diagonal: f64::from(pieces.tree.bounds().diagonal()),
+            distances,
+            warnings,
+        })
+    }
+}
+
+/// Distances between the model and its proxy.
+fn measured(
+    pieces: &Pieces,
+    proxy: &raystrips_strips::Mesh,
+    points: usize,
+) -> Result<Distances, ConvertError> {
+    let mut all = raystrips_strips::Mesh::default();
+    for number in 0..pieces.sources.len() {
+        let mesh = pieces.read(number)?.mesh;
+        let first = all.positions.len() as u32;
+        all.positions.extend(&mesh.positions);
+        all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    Ok(measure((&all.positions, &all.triangles), (&proxy.positions, &proxy.triangles), points))
+}

@@ -1,0 +1,169 @@
+//! One piece of a level: fewer triangles, as blocks for the next level.
+
+use super::locks::Locks;
+use crate::ConvertError;
+use crate::block::{self, Contents};
+use crate::distribute::Pieces;
+use crate::mesh::Welded;
+use glam::Vec3;
+use raystrips_geom::Aabb;
+use raystrips_simplify::{CostCurve, Piece, StoredQuadric, Target, simplify};
+
+/// Most positions of a block.
+const BLOCK_POSITIONS: usize = 1 << 16;
+
+/// A simplified piece.
+pub(crate) struct Simplified {
+    /// Blocks with quadrics.
+    pub bytes: Vec<u8>,
+    pub triangles: u64,
+}
+
+/// Simplifies piece `number`. Vertices that other pieces have too stay where they are.
+pub(crate) fn simplified(
+    pieces: &Pieces,
+    number: usize,
+    locks: &Locks,
+    target: Target,
+) -> Result<Simplified, ConvertError> {
+    Ok(of_mesh(pieces.read(number)?, number, locks, target))
+}
+
+/// The same for a piece that was read.
+pub(crate) fn of_mesh(welded: Welded, number: usize, locks: &Locks, target: Target) -> Simplified {
+    let simplified = simplify(to_piece(welded, number, locks), target).piece;
+    Simplified { triangles: simplified.triangles.len() as u64, bytes: blocks(&simplified) }
+}
+
+/// How many triangles of piece `number` are left by the cost, down to so many.
+pub(crate) fn curve(
+    pieces: &Pieces,
+    number: usize,
+    locks: &Locks,
+    triangles: usize,
+) -> Result<CostCurve, ConvertError> {
+    let piece = to_piece(pieces.read(number)?, number, locks);
+    Ok(simplify(piece, Target::triangles(triangles)).curve)
+}
+
+fn to_piece(welded: Welded, number: usize, locks: &Locks) -> Piece {
+    let Welded { mesh, quadrics, .. } = welded;
+    Piece {
+        locked: locks.locked(&mesh, number),
+        origin: Aabb::of_points(mesh.positions.iter().copied()).center().as_dvec3(),
+        positions: mesh.positions,
+        triangles: mesh.triangles,
+        geometries: mesh.geometries,
+        quadrics,
+    }
+}
+
+/// The triangles of a piece as blocks, one geometry after the other.
+fn blocks(piece: &Piece) -> Vec<u8> {
+    let mut order: Vec<u32> = (0..piece.triangles.len() as u32).collect();
+    order.sort_by_key(|&triangle| piece.geometries[triangle as usize]);
+    let mut writer = Writer {
+        piece,
+        quadrics: piece.quadrics.clone(),
+        numbers: vec![(0, 0); piece.positions.len()],
+        block: 1,
+        positions: Vec::new(),
+        own_quadrics: Vec::new(),
+        triangles: Vec::new(),
+        bytes: Vec::new(),
+    };
+    for run in order.chunk_by(|&a, &b| piece.geometries[a as usize] == piece.geometries[b as usize]) {
+        let geometry = piece.geometries[run[0] as usize];
+        for &triangle in run {
+            if writer.positions.len() + 3 > BLOCK_POSITIONS {
+                writer.end_block(geometry);
+            }
+            writer.add(piece.triangles[triangle as usize]);
+        }
+        writer.end_block(geometry);
+    }
+    writer.bytes
+}
+
+struct Writer<'a> {
+    piece: &'a Piece,
+    /// Those of vertices that are in no block yet: the quadrics of a vertex are going to be added up.
+    quadrics: Vec<StoredQuadric>,
+    /// For each vertex the block that had it last, and its place there.
+    numbers: Vec<(u32, u32)>,
+    block: u32,
+    positions: Vec<Vec3>,
+    own_quadrics: Vec<StoredQuadric>,
+    triangles: Vec<[u32; 3]>,
+    bytes: Vec<u8>,
+}
+
+impl Writer<'_> {
+    fn add(&mut self, triangle: [u32; 3]) {
+        let corners = triangle.map(|v| {
+            let entry = &mut self.numbers[v as usize];
+            if entry.0 != self.block {
+                *entry = (self.block, self.positions.len() as u32);
+                self.positions.push(self.piece.positions[v as usize]);
+                self.own_quadrics.push(std::mem::take(&mut self.quadrics[v as usize]));
+            }
+            entry.1
+        });
+        self.triangles.push(corners);
+    }
+
+    fn end_block(&mut self, geometry: u32) {
+        self.bytes.extend(block::of_triangles(&Contents {
+            geometry,
+            positions: &self.positions,
+            triangles: &self.triangles,
+            quadrics: &self.own_quadrics,
+            ..Contents::default()
+        }));
+        self.block += 1;
+        self.positions.clear();
+        self.own_quadrics.clear();
+        self.triangles.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_have_every_triangle_and_every_quadric_once() {
+        // Two rows of triangles of two geometries, more than a block holds.
+        let columns = 50_000u32;
+        let positions = (0..3 * columns).map(|i| Vec3::new((i / 3) as f32, (i % 3) as f32, 0.0)).collect();
+        let row = |y: u32| (0..columns - 1).map(move |x| [3 * x + y, 3 * x + 3 + y, 3 * x + y + 1]);
+        let welded = |bytes: &[u8]| {
+            let mut welded = Welded::with_capacity(0);
+            welded.add(bytes).unwrap();
+            welded
+        };
+        let piece = Piece {
+            positions,
+            triangles: row(0).chain(row(1)).collect(),
+            geometries: (0..2 * (columns - 1)).map(|i| i % 2).collect(),
+            ..Piece::default()
+        };
+        let simplified = simplify(piece, Target::triangles(usize::MAX)).piece;
+        let read = welded(&blocks(&simplified));
+        let corners = |positions: &[Vec3], triangles: &[[u32; 3]]| {
+            let mut corners: Vec<[[u32; 3]; 3]> = triangles
+                .iter()
+                .map(|t| t.map(|v| positions[v as usize].to_array().map(f32::to_bits)))
+                .collect();
+            corners.sort_unstable();
+            corners
+        };
+        assert_eq!(
+            corners(&read.mesh.positions, &read.mesh.triangles),
+            corners(&simplified.positions, &simplified.triangles)
+        );
+        let weight = |quadrics: &[StoredQuadric]| quadrics.iter().map(|q| q.weight()).sum::<f32>();
+        let (before, after) = (weight(&simplified.quadrics), weight(&read.quadrics));
+        assert!((before - after).abs() < 1e-3 * before && before > 0.0, "{before} {after}");
+    }
+}
