@@ -183,7 +183,7 @@ impl<'a> Renumbered<'a> {
         if entry.0 != self.part {
             *entry = (self.part, self.used.len() as u32);
             self.used.push(self.positions[vertex as usize]);
-            self.used_quadrics.extend(self.quadrics.get_mut(vertex as usize).map(std::mem::take));
+            self.used_quadrics.extend(self.quadrics.get_mut(vertex as usize).map(StoredQuadric::take));
         }
         entry.1
     }

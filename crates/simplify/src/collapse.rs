@@ -78,8 +78,8 @@ impl Simplifier {
         planes::remove_repeated(&mut mesh);
         if piece.quadrics.is_empty() {
             planes::add_triangles(&mut mesh);
-            planes::add_borders(&mut mesh);
         }
+        planes::add_borders(&mut mesh);
         let inspector = Inspector::new(mesh.vertices.len());
         let curve = CostCurve::beginning_with(mesh.triangle_count);
         Simplifier { mesh, inspector, queue: Queue::new(), target, largest: 0.0, curve }

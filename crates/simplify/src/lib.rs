@@ -43,8 +43,8 @@ pub struct Piece {
     /// The quadric of each vertex, if the surface was simplified before; empty to have them made from the triangles.
     ///
     /// Where pieces share a vertex, each makes the part of its quadric that its own triangles give, so that the sum
-    /// over pieces is the whole. It must stay the sum: give what there is to one of the next pieces, and
-    /// [`StoredQuadric::default`] to the others.
+    /// over pieces is the whole. It must stay the sum: where the vertex goes to several of the next pieces, give them what
+    /// [`StoredQuadric::take`] gives.
     pub quadrics: Vec<StoredQuadric>,
     /// What is computed is relative to this: best about the middle of the piece.
     pub origin: DVec3,

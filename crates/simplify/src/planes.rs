@@ -46,7 +46,7 @@ pub fn add_triangles(mesh: &mut WorkMesh) {
     }
 }
 
-/// Adds the planes of borders to the quadrics of their vertices.
+/// Adds the planes of borders that have none yet to the quadrics of their vertices.
 pub fn add_borders(mesh: &mut WorkMesh) {
     for_each_edge(mesh, &mut add_border);
 }
@@ -77,8 +77,10 @@ pub fn for_each_edge(mesh: &mut WorkMesh, with: &mut WithEdge) {
 fn add_border(mesh: &mut WorkMesh, ends: [u32; 2], spokes: &[(u32, Corner)]) {
     let geometry = |&(_, corner): &(u32, Corner)| mesh.triangles[corner as usize >> 2].geometry;
     let is_inside = spokes.len() == 2 && geometry(&spokes[0]) == geometry(&spokes[1]);
-    // Between locked vertices the other triangles are in other pieces.
-    if is_inside || ends.into_iter().all(|v| mesh.is_locked(v)) {
+    let is_done = !ends.into_iter().all(|v| mesh.is_held(v));
+    // Between locked vertices other triangles may be in other pieces. A later level will see.
+    let is_unknown = ends.into_iter().all(|v| mesh.is_locked(v));
+    if is_inside || is_done || is_unknown {
         return;
     }
     let [p, q] = ends.map(|v| mesh.vertex(v).position);

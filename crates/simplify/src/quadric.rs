@@ -10,22 +10,45 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use std::ops::{Add, AddAssign};
 
-/// A quadric to keep with its vertex, to which it is relative: the matrix, the vector, the constant and the weight.
+/// A quadric to keep with its vertex, to which it is relative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(transparent)]
-pub struct StoredQuadric([f32; 11]);
+#[repr(C)]
+pub struct StoredQuadric {
+    /// The matrix, the vector, the constant and the weight.
+    numbers: [f32; 11],
+    /// Not 0 if the vertex was locked: planes that hold the border along edges between such vertices are not added yet,
+    /// since what looked like a border may have been where another piece goes on.
+    held: u32,
+}
 
 impl StoredQuadric {
     /// Area that it stands for.
     pub fn weight(&self) -> f32 {
-        self.0[10]
+        self.numbers[10]
+    }
+
+    /// Takes the quadric for one of several places where the vertex is going to be, whose quadrics are going to be added
+    /// up, and leaves what all of them need.
+    #[must_use]
+    pub fn take(&mut self) -> StoredQuadric {
+        let rest = StoredQuadric { held: self.held, ..StoredQuadric::default() };
+        std::mem::replace(self, rest)
+    }
+
+    pub(crate) fn is_held(&self) -> bool {
+        self.held != 0
+    }
+
+    pub(crate) fn hold(self, held: bool) -> StoredQuadric {
+        StoredQuadric { held: held.into(), ..self }
     }
 }
 
 impl AddAssign for StoredQuadric {
     /// Adds the quadric of a vertex at the same place.
     fn add_assign(&mut self, other: StoredQuadric) {
-        self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
+        self.numbers.iter_mut().zip(other.numbers).for_each(|(a, b)| *a += b);
+        self.held |= other.held;
     }
 }
 
@@ -80,12 +103,13 @@ impl Quadric {
     /// The quadric as stored with a vertex at `p`: relative to that, so that an `f32` is enough.
     pub fn stored_at(&self, p: DVec3) -> StoredQuadric {
         let Quadric { a: [xx, yy, zz, xy, xz, yz], b, c, weight } = self.moved(p);
-        StoredQuadric([xx, yy, zz, xy, xz, yz, b.x, b.y, b.z, c, weight].map(|x| x as f32))
+        let numbers = [xx, yy, zz, xy, xz, yz, b.x, b.y, b.z, c, weight].map(|x| x as f32);
+        StoredQuadric { numbers, held: 0 }
     }
 
     /// The quadric that was stored with a vertex at `p`.
     pub fn from_stored(stored: StoredQuadric, p: DVec3) -> Quadric {
-        let [xx, yy, zz, xy, xz, yz, x, y, z, c, weight] = stored.0.map(f64::from);
+        let [xx, yy, zz, xy, xz, yz, x, y, z, c, weight] = stored.numbers.map(f64::from);
         Quadric { a: [xx, yy, zz, xy, xz, yz], b: DVec3::new(x, y, z), c, weight }.moved(-p)
     }
 

@@ -5,7 +5,7 @@
 //! left behind all others. Triangles that are gone leave a row when it is next read. Versions, which are asked for
 //! most, are by themselves.
 
-use crate::{Piece, Quadric};
+use crate::{Piece, Quadric, StoredQuadric};
 use glam::{DVec3, Vec3};
 
 /// No vertex.
@@ -15,6 +15,8 @@ pub const NONE: u32 = u32::MAX;
 const LOCKED: u32 = 1;
 /// The vertex is not where it was.
 const MOVED: u32 = 2;
+/// Borders between the vertex and others of the kind have no planes yet.
+const HELD: u32 = 4;
 
 /// A vertex.
 #[derive(Clone, Copy)]
@@ -61,14 +63,11 @@ impl WorkMesh {
         assert_eq!(piece.triangles.len(), piece.geometries.len(), "every triangle has a geometry");
         let vertex = |i: usize| {
             let position = piece.positions[i].as_dvec3() - piece.origin;
-            let quadric = piece.quadrics.get(i).map(|&stored| Quadric::from_stored(stored, position));
-            Vertex {
-                position,
-                quadric: quadric.unwrap_or_default(),
-                first_corner: 0,
-                corner_count: 0,
-                flags: if piece.locked.get(i) == Some(&true) { LOCKED } else { 0 },
-            }
+            let stored = piece.quadrics.get(i);
+            let quadric = stored.map_or(Quadric::default(), |&stored| Quadric::from_stored(stored, position));
+            let locked = if piece.locked.get(i) == Some(&true) { LOCKED } else { 0 };
+            let held = if stored.is_none_or(StoredQuadric::is_held) { HELD } else { 0 };
+            Vertex { position, quadric, first_corner: 0, corner_count: 0, flags: locked | held }
         };
         let triangles = piece.triangles.iter().zip(&piece.geometries);
         let triangles = triangles.map(|(&vertices, &geometry)| Triangle { vertices, geometry });
@@ -113,6 +112,11 @@ impl WorkMesh {
 
     pub fn is_locked(&self, v: u32) -> bool {
         self.vertex(v).flags & LOCKED != 0
+    }
+
+    /// True if borders between this vertex and others of the kind have no planes yet.
+    pub fn is_held(&self, v: u32) -> bool {
+        self.vertex(v).flags & HELD != 0
     }
 
     /// Sum of the versions of both ends of an edge.
@@ -222,7 +226,8 @@ impl WorkMesh {
         let locked = |&v: &u32| self.is_locked(v);
         let positions: Vec<Vec3> = sources.iter().map(position).collect();
         let quadrics = sources.iter().zip(&positions).map(|(&v, position)| {
-            self.vertex(v).quadric.stored_at(position.as_dvec3() - piece.origin)
+            let stored = self.vertex(v).quadric.stored_at(position.as_dvec3() - piece.origin);
+            stored.hold(self.is_locked(v))
         });
         let is_any_locked = piece.locked.iter().any(|&locked| locked);
         let simplified = Piece {

@@ -13,12 +13,14 @@ use raystrips_simplify::{CostCurve, Target};
 /// A level has as many triangles as are left over this, at the least.
 const LEVEL_FACTOR: u64 = 8;
 /// From this many times the asked count on, the next level is the last one.
-const LAST_FACTOR: f64 = 1.5;
+const LAST_FACTOR: f64 = 1.6;
 /// What the level before the last one leaves, as a multiple of the asked count.
-const BEFORE_LAST: f64 = 1.15;
-/// One piece of so many is simplified to see what it costs, but not fewer than [`LEAST_SAMPLES`].
+const BEFORE_LAST: f64 = 1.3;
+/// One piece of so many is simplified to see what it costs.
 const PIECES_PER_SAMPLE: usize = 16;
-const LEAST_SAMPLES: usize = 2;
+/// Least pieces that are: few on the first level, where it takes most of the time and there are levels to come.
+const FIRST_SAMPLES: usize = 3;
+const LATER_SAMPLES: usize = 8;
 /// Pieces that are simplified to see are left with this part of what is expected of them, since some have to lose more.
 const BEYOND: u64 = 4;
 
@@ -26,17 +28,19 @@ const BEYOND: u64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Goal {
     pub triangles: u64,
+    /// False if there is a level before it.
+    pub is_first: bool,
     /// False if there is a level after it.
     pub is_last: bool,
 }
 
 impl Goal {
     /// What to do with so many triangles in so many pieces to come to the `wanted` ones.
-    pub fn of(triangles: u64, pieces: usize, wanted: u64) -> Goal {
+    pub fn of(triangles: u64, pieces: usize, is_first: bool, wanted: u64) -> Goal {
         let is_last = pieces == 1 || triangles as f64 <= LAST_FACTOR * wanted as f64;
         let before_last = (wanted as f64 * BEFORE_LAST) as u64;
         let triangles = if is_last { wanted } else { before_last.max(triangles / LEVEL_FACTOR) };
-        Goal { triangles, is_last }
+        Goal { triangles, is_first, is_last }
     }
 }
 
@@ -63,8 +67,8 @@ impl Allotment {
         if count == 1 {
             return Ok(Allotment::Counts(vec![goal.triangles]));
         }
-        let samples = if goal.is_last { count } else { count.div_ceil(PIECES_PER_SAMPLE).max(LEAST_SAMPLES) };
-        let samples = samples.min(count);
+        let least = if goal.is_first { FIRST_SAMPLES } else { LATER_SAMPLES };
+        let samples = if goal.is_last { count } else { count.div_ceil(PIECES_PER_SAMPLE).max(least).min(count) };
         let sample = |i: usize| i * count / samples;
         let total = pieces.triangles();
         let part = goal.triangles as f64 / total as f64;
@@ -108,7 +112,7 @@ mod tests {
         for (mut triangles, wanted) in [(100_000_000, 2_000_000), (100_000_000, 20_000), (700_000, 690_000)] {
             let mut levels = 0;
             loop {
-                let goal = Goal::of(triangles, if triangles > 1 << 18 { 2 } else { 1 }, wanted);
+                let goal = Goal::of(triangles, if triangles > 1 << 18 { 2 } else { 1 }, levels == 0, wanted);
                 assert!(goal.triangles >= wanted && goal.triangles < triangles, "{triangles}: {goal:?}");
                 levels += 1;
                 triangles = goal.triangles;

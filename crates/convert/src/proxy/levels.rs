@@ -48,7 +48,7 @@ impl Levels<'_> {
     /// The first level: `pieces` as they were gathered, on the way to `wanted` triangles.
     pub fn first(&self, pieces: &Pieces, wanted: u64) -> Result<Blocks, ConvertError> {
         let locks = Locks::by_boxes(pieces);
-        self.level(pieces, &locks, wanted)
+        self.level(pieces, &locks, true, wanted)
     }
 
     /// Simplifies `blocks` of a simplified mesh on to `wanted` triangles.
@@ -62,7 +62,7 @@ impl Levels<'_> {
             let pieces = self.regroup(&blocks, PARTS[level % PARTS.len()])?;
             let locks = if is_stuck { self.exact_locks(&pieces)? } else { Locks::by_boxes(&pieces) };
             let before = blocks.triangles;
-            blocks = self.level(&pieces, &locks, wanted)?;
+            blocks = self.level(&pieces, &locks, false, wanted)?;
             is_stuck = blocks.triangles as f64 > STUCK * before as f64;
         }
         Ok(blocks)
@@ -85,8 +85,14 @@ impl Levels<'_> {
     }
 
     /// Simplifies `pieces`.
-    fn level(&self, pieces: &Pieces, locks: &Locks, wanted: u64) -> Result<Blocks, ConvertError> {
-        let goal = Goal::of(pieces.triangles(), pieces.sources.len(), wanted);
+    fn level(
+        &self,
+        pieces: &Pieces,
+        locks: &Locks,
+        is_first: bool,
+        wanted: u64,
+    ) -> Result<Blocks, ConvertError> {
+        let goal = Goal::of(pieces.triangles(), pieces.sources.len(), is_first, wanted);
         let allotment = Allotment::new(pieces, locks, goal, wanted, self.pieces_at_a_time, self.observer)?;
         let mut blocks = Blocks {
             spool: Spool::unnamed(self.folder, self.budget),

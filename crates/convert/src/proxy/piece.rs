@@ -105,7 +105,7 @@ impl Writer<'_> {
             if entry.0 != self.block {
                 *entry = (self.block, self.positions.len() as u32);
                 self.positions.push(self.piece.positions[v as usize]);
-                self.own_quadrics.push(std::mem::take(&mut self.quadrics[v as usize]));
+                self.own_quadrics.push(self.quadrics[v as usize].take());
             }
             entry.1
         });
