@@ -78,7 +78,8 @@ pub(crate) fn of_triangles(contents: &Contents) -> Vec<u8> {
     let mut writer = Writer::new(*geometry, *first_id, triangles.len());
     writer.positions(positions.iter().map(|p| p.to_array()), 0);
     writer.corners(triangles);
-    for (flag, bytes) in [(PLACES, bytemuck::cast_slice(places)), (QUADRICS, bytemuck::cast_slice(quadrics))] {
+    for (flag, bytes) in [(PLACES, bytemuck::cast_slice(places)), (QUADRICS, bytemuck::cast_slice(quadrics))]
+    {
         if !bytes.is_empty() {
             writer.head.flags |= flag;
             writer.bytes.extend_from_slice(bytes);
@@ -193,7 +194,7 @@ impl<'a> Block<'a> {
         self.quadrics.chunks_exact(size_of::<StoredQuadric>()).map(pod_read_unaligned)
     }
 
-    /// True if the mesh was simplified. Its triangles without area are needed: without them there would be open edges.
+    /// True if the mesh was simplified.
     pub fn is_simplified(&self) -> bool {
         self.head.flags & QUADRICS != 0
     }

@@ -18,6 +18,8 @@ pub(crate) struct Blocks {
     pub at_a_time: usize,
     /// Give chunks back to the disk once they were distributed.
     pub is_consumed: bool,
+    /// Triangles without area go on: without them a simplified mesh would have open edges.
+    pub keeps_flat: bool,
 }
 
 impl Blocks {

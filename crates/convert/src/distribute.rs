@@ -5,7 +5,7 @@
 use crate::block::{self, Block, Contents};
 use crate::blocks::{Blocks, lost_triangles};
 use crate::mesh::{Welded, has_area};
-use crate::partition::{PIECE_TRIANGLES, Partition};
+use crate::partition::{Census, PIECE_TRIANGLES, Partition};
 use crate::positions::ToPack;
 use crate::{ConvertError, Observer, Stage};
 use glam::Vec3;
@@ -38,10 +38,7 @@ pub(crate) struct Pieces {
     pub tree: Bvh,
     pub sources: Vec<PieceSource>,
     pub spool: Spool,
-    /// Triangles left out for want of an area.
-    pub degenerate: u64,
-    /// Most by which a coordinate is moved.
-    pub position_error: f64,
+    pub census: Census,
 }
 
 impl Pieces {
@@ -87,7 +84,8 @@ pub(crate) fn distribute(
     let leaves = partition.tree.leaves().len();
     let mut out =
         Gatherer { leaves: (0..leaves).map(|_| vec![Gathering::default()]).collect(), buffered: 0, spool };
-    let work = |block: Block| split(&block, partition, to_pack, keep_ids);
+    let keeps = Keeps { ids: keep_ids, flat: blocks.keeps_flat };
+    let work = |block: Block| split(&block, partition, to_pack, keeps);
     blocks.for_each(Stage::Distribute, observer, work, |parts| {
         parts.into_iter().try_for_each(|part| out.add(part)).map_err(ConvertError::Scratch)
     })?;
@@ -99,8 +97,7 @@ pub(crate) fn distribute(
         tree: partition.tree.clone().graft(&mut row),
         sources: out.leaves.into_iter().flatten().map(|gathered| gathered.source).collect(),
         spool: out.spool,
-        degenerate: partition.degenerate,
-        position_error: partition.position_error,
+        census: partition.census.clone(),
     })
 }
 
@@ -121,14 +118,22 @@ struct Part {
     bytes: Vec<u8>,
 }
 
+/// What goes on to the pieces.
+#[derive(Clone, Copy)]
+struct Keeps {
+    ids: bool,
+    /// Triangles without area.
+    flat: bool,
+}
+
 /// The parts of a block, in the order of their leaves.
-fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keep_ids: bool) -> Vec<Part> {
+fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keeps: Keeps) -> Vec<Part> {
     let positions: Vec<Vec3> = block.positions().map(|p| to_pack.place(p)).collect();
     let triangles: Vec<[u32; 3]> = block.triangles().collect();
     let mut places: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
     for (triangle, place) in triangles.iter().zip(0..) {
         let corners = triangle.map(|v| positions[v as usize]);
-        if block.is_simplified() || has_area(corners) {
+        if keeps.flat || has_area(corners) {
             places.push((partition.leaf(&Aabb::of_points(corners)), place));
         }
     }
@@ -139,7 +144,7 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keep_ids: bool)
         let corners: Vec<[u32; 3]> =
             group.iter().map(|&(_, place)| triangles[place as usize].map(|v| renumbered.number(v))).collect();
         // A batch has at most 2^16 triangles.
-        let kept: Vec<u16> = group.iter().filter(|_| keep_ids).map(|&(_, place)| place as u16).collect();
+        let kept: Vec<u16> = group.iter().filter(|_| keeps.ids).map(|&(_, place)| place as u16).collect();
         let bytes = block::of_triangles(&Contents {
             geometry: block.geometry(),
             first_id: block.first_id(),

@@ -9,9 +9,10 @@ pub(crate) fn shining(scene: &SceneDesc) -> Vec<bool> {
     scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_emissive()).collect()
 }
 
-/// Every triangle of a geometry that shines.
+/// Every triangle of a geometry that shines; those not in `shines` do not.
 pub(crate) fn emitters(shines: &[bool], mesh: &Mesh) -> Vec<Emitter> {
-    let emissive = (0..mesh.triangles.len()).filter(|&i| shines[mesh.geometries[i] as usize]);
+    let emissive =
+        (0..mesh.triangles.len()).filter(|&i| shines.get(mesh.geometries[i] as usize) == Some(&true));
     let emitter =
         |i| Emitter { corners: mesh.corners(i).map(|p| p.to_array()), geometry: mesh.geometries[i] };
     emissive.map(emitter).collect()

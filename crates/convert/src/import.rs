@@ -33,7 +33,7 @@ impl Imported {
     /// The triangles, which are in `spool`.
     pub fn blocks(&self, spool: Spool, at_a_time: usize) -> Blocks {
         let chunks = self.chunks.iter().map(|&(offset, bytes)| Extent { offset, bytes }).collect();
-        Blocks { spool, chunks, triangles: self.triangles, at_a_time, is_consumed: false }
+        Blocks { spool, chunks, triangles: self.triangles, at_a_time, is_consumed: false, keeps_flat: false }
     }
 
     /// Bytes of all blocks.

@@ -8,7 +8,8 @@
 use crate::distribute::{PieceSource, Pieces};
 use crate::flat_tree::FlatTree;
 use crate::import::Imported;
-use crate::output::PieceRecord;
+use crate::output::{Files, PieceRecord};
+use crate::partition::Census;
 use crate::{ConvertError, ConvertParams};
 use raystrips_extmem::{Begun, Journal, MemoryBudget, ScratchDir, Spool, disk};
 use raystrips_meshio::FileStamp;
@@ -41,8 +42,7 @@ struct Gathered {
     tree: FlatTree,
     sources: Vec<PieceSource>,
     spool_bytes: u64,
-    degenerate: u64,
-    position_error: f64,
+    census: Census,
 }
 
 /// What an earlier run has done.
@@ -157,9 +157,10 @@ impl Job {
         self.useful
     }
 
-    /// A file of the unfinished pack.
-    pub fn file(&self, name: &str) -> PathBuf {
-        self.folder.file(name)
+    /// Files of the unfinished pack, or of another one that goes into it, whose name begins with `prefix`.
+    pub fn files(&self, prefix: &'static str) -> Files {
+        let folder = self.folder.path().to_owned();
+        Files { folder, prefix, scratch: self.scratch_path().to_owned() }
     }
 
     /// Folder for scratch files.
@@ -196,10 +197,10 @@ impl Job {
 
     /// The pieces that are gathered, if they are.
     pub fn gathered(&self, found: &mut Found) -> Option<Pieces> {
-        let Gathered { tree, sources, spool_bytes, degenerate, position_error } = found.gathered.take()?;
+        let Gathered { tree, sources, spool_bytes, census } = found.gathered.take()?;
         let spool = Spool::reopen(&self.scratch_path().join(GATHERED), spool_bytes).ok()?;
         let tree = tree.tree().filter(|tree| tree.leaves().len() == sources.len())?;
-        Some(Pieces { tree, sources, spool, degenerate, position_error })
+        Some(Pieces { tree, sources, spool, census })
     }
 
     /// Notes gathered pieces of an import, if they are on disk.
@@ -209,8 +210,7 @@ impl Job {
                 tree: FlatTree::of(&pieces.tree),
                 sources: pieces.sources.clone(),
                 spool_bytes: pieces.spool.length(),
-                degenerate: pieces.degenerate,
-                position_error: pieces.position_error,
+                census: pieces.census.clone(),
             };
             // All but the triangles of the import is still needed.
             vec![Record::Imported(imported.clone()), Record::Gathered(gathered)]
@@ -291,9 +291,9 @@ pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
 /// Says what the conversion does. Whatever of this changes, what was done before is of no use. Threads and memory are
 /// not in it: they change nothing.
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
-    let ConvertParams { page_size, strips, positions, keep_ids, import, .. } = params;
+    let ConvertParams { page_size, strips, positions, keep_ids, proxies, import, .. } = params;
     let mut text = format!(
-        "raystrips {}, format {}\n{page_size} {strips:?} {positions:?} {keep_ids} {}\n",
+        "raystrips {}, format {}\n{page_size} {strips:?} {positions:?} {keep_ids} {proxies:?} {}\n",
         env!("CARGO_PKG_VERSION"),
         raystrips_pack::layout::FORMAT_VERSION,
         import.drop_out_of_range,

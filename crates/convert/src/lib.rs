@@ -32,19 +32,20 @@ mod top;
 
 pub use plan::Plan;
 pub use positions::Positions;
-pub use proxy::{Proxy, ProxyParams, ProxySize, proxy};
+pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, proxy};
 pub use raystrips_meshio::{FileStamp, ImportOptions};
 pub use raystrips_strips::StripParams;
-pub use report::{ConvertError, ConvertReport, Observer, Stage, Unobserved};
+pub use report::{ConvertError, ConvertReport, Observer, ProxyReport, Stage, Unobserved};
 
 use blocks::Blocks;
 use distribute::Pieces;
 use glam::Vec3;
 use import::Imported;
 use job::{Found, Job};
+use output::{Output, PieceRecord};
 use partition::Division;
-use output::Output;
 use positions::ToPack;
+use proxy::wants_proxies;
 use queue::in_order;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
@@ -67,6 +68,8 @@ pub struct ConvertParams {
     pub positions: Positions,
     /// Keep the number that each triangle has in the input: 4 or 8 bytes a triangle.
     pub keep_ids: bool,
+    /// Proxies to put into the pack.
+    pub proxies: Option<PackProxies>,
     /// What to do where files leave a choice. What it says of memory and scratch files is overridden by the below.
     pub import: ImportOptions,
     /// Bytes of memory that the whole process keeps to; by default half of what is free.
@@ -84,6 +87,7 @@ impl Default for ConvertParams {
             strips: StripParams::default(),
             positions: Positions::default(),
             keep_ids: false,
+            proxies: Some(PackProxies::default()),
             import: ImportOptions::default(),
             memory: None,
             scratch: None,
@@ -125,15 +129,28 @@ impl Conversion<'_> {
         let budget = self.budget();
         let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut clock)?;
         let mut manifest = self.manifest(&imported);
-        manifest.position_error = pieces.position_error;
-        let mut output = Output::open(self.output, job, manifest, found.pieces)?;
-        self.build(&imported, &pieces, &mut output, job)?;
-        let tree = pieces.tree;
-        drop(pieces.spool);
-        let (manifest, file_bytes) = output.finish(tree, job, self.plan.sort_memory())?;
+        manifest.position_error = pieces.census.position_error;
+        let mut output = Output::open(self.output, job.files(""), manifest, found.pieces)?;
+        let wanted = wants_proxies(self.params.proxies.as_ref(), pieces.triangles());
+        self.build_scene(&imported, &pieces, wanted, &mut output, job)?;
+        let Pieces { tree, spool, census, .. } = pieces;
+        drop(spool);
         clock.record(Stage::Build);
+        let mut proxies = Vec::new();
+        if let Some(wanted) = wanted {
+            let levels = self.levels(job, budget.as_ref(), tree.bounds());
+            let first = output.simplified(levels.batches_at_a_time)?;
+            proxies = self.pack_proxies(first, wanted, &imported, &levels, job)?;
+            clock.record(Stage::Simplify);
+        }
+        let geometry_bounds = census.geometry_bounds(imported.scene.geometries.len());
+        let sort_memory = self.plan.sort_memory();
+        let (manifest, file_bytes) = output.finish(tree, sort_memory, &geometry_bounds, &proxies)?;
+        clock.record(Stage::Finish);
         let Imported { warnings, files, .. } = imported;
-        Ok(ConvertReport { manifest, file_bytes, seconds: clock.seconds, warnings, files })
+        let proxies =
+            proxies.iter().map(|p| ProxyReport { triangles: p.triangles, bytes: p.bytes }).collect();
+        Ok(ConvertReport { manifest, file_bytes, proxies, seconds: clock.seconds, warnings, files })
     }
 
     /// Memory for what is kept between the stages, if that is not to go to the disk.
@@ -172,7 +189,7 @@ impl Conversion<'_> {
             }
         };
         job.remove_import()?;
-        imported.dropped.degenerate = pieces.degenerate;
+        imported.dropped.degenerate = pieces.census.degenerate;
         Ok((imported, pieces))
     }
 
@@ -213,13 +230,8 @@ impl Conversion<'_> {
     ) -> Result<Pieces, ConvertError> {
         let to_pack = ToPack::new(&offset::placement(&imported.bounds), self.params.positions);
         let [min, max] = imported.bounds.corners().map(|corner| to_pack.place(corner));
-        let partition = partition::partition(
-            blocks,
-            Aabb { min, max },
-            &to_pack,
-            Division::SurfaceArea,
-            self.observer,
-        )?;
+        let partition =
+            partition::partition(blocks, Aabb { min, max }, &to_pack, Division::SurfaceArea, self.observer)?;
         clock.record(Stage::Partition);
         let partition = partition.ok_or_else(|| ConvertError::NoArea {
             path: self.inputs.first().cloned().unwrap_or_default(),
@@ -232,35 +244,66 @@ impl Conversion<'_> {
         Ok(pieces)
     }
 
-    /// Builds all pieces that are not in the pack yet.
-    fn build(
+    /// Builds all pieces of the scene that are not in the pack yet, and simplifies them on the way to `wanted` triangles.
+    fn build_scene(
         &self,
         imported: &Imported,
         pieces: &Pieces,
+        wanted: Option<u64>,
         output: &mut Output,
         job: &mut Job,
     ) -> Result<(), ConvertError> {
+        let wanted = wanted.filter(|_| output.piece_count() < pieces.sources.len());
+        let first_level =
+            wanted.map(|wanted| self.levels(job, None, pieces.tree.bounds()).first(pieces, wanted));
+        let first_level = first_level.transpose()?;
+        let shines = emitters::shining(&imported.scene);
         let context = piece::Context {
+            id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
+            first_level: first_level.as_ref(),
+            ..self.piece_context(pieces, &shines)
+        };
+        self.build(pieces, output, &context, self.observer, &mut |piece| job.note_piece(piece))
+    }
+
+    /// What pieces are built with that have neither ids nor a proxy.
+    fn piece_context<'a>(&'a self, pieces: &'a Pieces, shines: &'a [bool]) -> piece::Context<'a> {
+        piece::Context {
             params: self.params,
             output: self.output,
+            boxes: pieces.tree.leaf_bounds(),
             pieces,
-            boxes: &pieces.tree.leaf_bounds(),
-            shines: &emitters::shining(&imported.scene),
-            id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
-        };
+            shines,
+            id_bytes: 0,
+            first_level: None,
+        }
+    }
+
+    /// Builds all of `pieces` that are not in `output` yet; `note` gets a record of each.
+    fn build(
+        &self,
+        pieces: &Pieces,
+        output: &mut Output,
+        context: &piece::Context,
+        observer: &dyn Observer,
+        note: &mut (dyn FnMut(PieceRecord) -> Result<(), ConvertError> + Send),
+    ) -> Result<(), ConvertError> {
         let first_triangles = pieces.first_triangles();
         let begin = output.piece_count();
         let total = pieces.triangles();
         let done = AtomicU64::new(first_triangles.get(begin).copied().unwrap_or(total));
         let finished = |triangles: usize| {
             let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
-            self.observer.progress(Stage::Build, before + triangles as u64, total);
+            observer.progress(Stage::Build, before + triangles as u64, total);
         };
-        let work = |number: usize| piece::build(&context, number, first_triangles[number], &finished);
-        let at_a_time = self.plan.pieces_at_a_time;
-        in_order(begin..first_triangles.len(), at_a_time, self.observer, &work, &mut |_, piece| {
-            output.add(piece, job)
-        })
+        let work = |number: usize| piece::build(context, number, first_triangles[number], &finished);
+        in_order(
+            begin..first_triangles.len(),
+            self.plan.pieces_at_a_time,
+            observer,
+            &work,
+            &mut |_, piece| note(output.add(piece)?),
+        )
     }
 
     /// The manifest as far as it is known before the pages.

@@ -2,22 +2,42 @@
 
 use crate::ConvertError;
 use crate::assemble::Root;
+use crate::blocks::Blocks;
 use crate::borders;
 use crate::flat_tree::FlatTree;
-use crate::job::Job;
 use crate::piece::BuiltPiece;
+use crate::proxy::PackedProxy;
 use crate::sidecar::{Added, Sidecar};
 use crate::top::{Entry, Top};
-use raystrips_pack::{Manifest, PackContents, PackError, PackWriter, PageRecord, TopEntry};
+use raystrips_extmem::{Extent, Spool};
+use raystrips_pack::{GeometryBounds, Manifest, PackContents, PackError, PackWriter, PageRecord, TopEntry};
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
-use std::io;
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
 const PACK: &str = "pack";
 const IDS: &str = "ids";
 const EMITTERS: &str = "emitters";
 const SHARED: &str = "shared";
+const SIMPLIFIED: &str = "simplified";
+
+/// Where the parts of an unfinished pack are.
+pub(crate) struct Files {
+    pub folder: PathBuf,
+    /// Tells packs in one folder apart.
+    pub prefix: &'static str,
+    /// Folder for sorting.
+    pub scratch: PathBuf,
+}
+
+impl Files {
+    /// A file with this name, after the prefix.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{}{name}", self.prefix))
+    }
+}
 
 /// What must be known of a piece that is in the pack.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -30,16 +50,21 @@ pub(crate) struct PieceRecord {
     ids: Added,
     emitters: Added,
     shared_vertices: Added,
+    simplified: Added,
+    simplified_triangles: u64,
 }
 
 /// A pack that is being written.
 pub(crate) struct Output<'a> {
     path: &'a Path,
+    files: Files,
     writer: PackWriter,
     ids: Sidecar,
     emitters: Sidecar,
     /// Vertices that several pieces may have.
     shared_vertices: Sidecar,
+    /// First level of the proxy.
+    simplified: Sidecar,
     /// Pieces in it.
     pieces: Vec<PieceRecord>,
 }
@@ -48,18 +73,19 @@ impl<'a> Output<'a> {
     /// Begins the pack, or goes on after those of `pieces` that are whole.
     pub fn open(
         path: &'a Path,
-        job: &Job,
+        files: Files,
         manifest: Manifest,
         mut pieces: Vec<PieceRecord>,
     ) -> Result<Output<'a>, ConvertError> {
         let sidecar = |name, added: fn(&PieceRecord) -> Added| {
-            Sidecar::open(&job.file(name), pieces.iter().map(added)).map_err(ConvertError::Scratch)
+            Sidecar::open(&files.path(name), pieces.iter().map(added)).map_err(ConvertError::Scratch)
         };
         let (ids, ids_whole) = sidecar(IDS, |piece| piece.ids)?;
         let (emitters, emitters_whole) = sidecar(EMITTERS, |piece| piece.emitters)?;
         let (shared_vertices, shared_whole) = sidecar(SHARED, |piece| piece.shared_vertices)?;
-        pieces.truncate(ids_whole.min(emitters_whole).min(shared_whole));
-        let partial = job.file(PACK);
+        let (simplified, simplified_whole) = sidecar(SIMPLIFIED, |piece| piece.simplified)?;
+        pieces.truncate(ids_whole.min(emitters_whole).min(shared_whole).min(simplified_whole));
+        let partial = files.path(PACK);
         let (writer, whole) = if pieces.is_empty() || !partial.exists() {
             (PackWriter::create(&partial, manifest).map_err(ConvertError::write(path))?, 0)
         } else {
@@ -67,7 +93,7 @@ impl<'a> Output<'a> {
             PackWriter::reopen(&partial, manifest, &pages).map_err(ConvertError::write(path))?
         };
         pieces.truncate(whole);
-        let mut output = Output { path, writer, ids, emitters, shared_vertices, pieces };
+        let mut output = Output { path, files, writer, ids, emitters, shared_vertices, simplified, pieces };
         output.cut().map_err(ConvertError::Scratch)?;
         Ok(output)
     }
@@ -76,6 +102,7 @@ impl<'a> Output<'a> {
     fn cut(&mut self) -> io::Result<()> {
         self.ids.cut(self.pieces.iter().map(|piece| piece.ids))?;
         self.emitters.cut(self.pieces.iter().map(|piece| piece.emitters))?;
+        self.simplified.cut(self.pieces.iter().map(|piece| piece.simplified))?;
         self.shared_vertices.cut(self.pieces.iter().map(|piece| piece.shared_vertices))
     }
 
@@ -84,19 +111,20 @@ impl<'a> Output<'a> {
         self.pieces.len()
     }
 
-    /// Adds the next piece and notes that it is there.
-    pub fn add(&mut self, piece: BuiltPiece, job: &mut Job) -> Result<(), ConvertError> {
+    /// Adds the next piece. Gives the record by which the next run finds it.
+    pub fn add(&mut self, piece: BuiltPiece) -> Result<PieceRecord, ConvertError> {
         let pages = piece.assembled.pages.iter().map(|page| self.writer.page(page));
         let pages: Result<Vec<PageRecord>, PackError> = pages.collect();
         let pages = pages.and_then(|pages| self.writer.flush().map(|()| pages));
-        let mut sidecars = || -> io::Result<[Added; 3]> {
+        let mut sidecars = || -> io::Result<[Added; 4]> {
             Ok([
                 self.ids.add(&piece.ids)?,
                 self.emitters.add(bytemuck::cast_slice(&piece.emitters))?,
                 self.shared_vertices.add(bytemuck::cast_slice(&piece.shared_vertices))?,
+                self.simplified.add(&piece.simplified.bytes)?,
             ])
         };
-        let [ids, emitters, shared_vertices] = sidecars().map_err(ConvertError::Scratch)?;
+        let [ids, emitters, shared_vertices, simplified] = sidecars().map_err(ConvertError::Scratch)?;
         let record = PieceRecord {
             number: self.pieces.len() as u64,
             pages: pages.map_err(ConvertError::write(self.path))?,
@@ -106,34 +134,60 @@ impl<'a> Output<'a> {
             ids,
             emitters,
             shared_vertices,
+            simplified,
+            simplified_triangles: piece.simplified.triangles,
         };
-        job.note_piece(record.clone())?;
-        self.pieces.push(record);
-        Ok(())
+        self.pieces.push(record.clone());
+        Ok(record)
+    }
+
+    /// The first level of the proxy, of all pieces; `at_a_time` chunks are worked on at a time.
+    pub fn simplified(&self, at_a_time: usize) -> Result<Blocks, ConvertError> {
+        let place = |end: &mut u64, piece: &PieceRecord| {
+            let extent = Extent { offset: *end, bytes: piece.simplified.bytes() };
+            *end += extent.bytes;
+            Some(extent)
+        };
+        let chunks: Vec<Extent> = self.pieces.iter().scan(0, place).collect();
+        let length = chunks.last().map_or(0, |last| last.offset + last.bytes);
+        Ok(Blocks {
+            spool: Spool::reopen(&self.files.path(SIMPLIFIED), length).map_err(ConvertError::Scratch)?,
+            chunks,
+            triangles: self.pieces.iter().map(|piece| piece.simplified_triangles).sum(),
+            at_a_time,
+            is_consumed: false,
+            keeps_flat: true,
+        })
     }
 
     /// Completes the pack; `tree` is the hierarchy over its pieces. Gives its manifest and length.
     pub fn finish(
         mut self,
         tree: Bvh,
-        job: &Job,
         memory_bytes: u64,
+        geometry_bounds: &[GeometryBounds],
+        proxies: &[PackedProxy],
     ) -> Result<(Manifest, u64), ConvertError> {
         let (tree, entries) = self.tree_and_entries(tree)?;
         let top = Top::over(&tree, &entries).map_err(ConvertError::write(self.path))?;
         let shared_vertices = self.shared_vertices.read().map_err(ConvertError::Scratch)?;
-        let shared = borders::count_different(shared_vertices, job.scratch_path(), memory_bytes as usize);
+        let shared = borders::count_different(shared_vertices, &self.files.scratch, memory_bytes as usize);
         let manifest = self.writer.manifest_mut();
         manifest.depth = top.depth;
         manifest.vertices = shared.map_err(ConvertError::Scratch)?
             + self.pieces.iter().map(|piece| piece.own_vertices).sum::<u64>();
         let bounds = tree.bounds();
         (manifest.bounds_min, manifest.bounds_max) = (bounds.min.to_array(), bounds.max.to_array());
+        let open = |proxy: &PackedProxy| Ok((proxy.kind, File::open(&proxy.path)?));
+        let files: io::Result<Vec<_>> = proxies.iter().map(open).collect();
+        let mut files = files.map_err(ConvertError::Scratch)?;
         let contents = PackContents {
             top_nodes: &top.nodes,
             top_entries: &top.entries,
             emitters: &mut self.emitters.read().map_err(ConvertError::Scratch)?,
             triangle_ids: &mut self.ids.read().map_err(ConvertError::Scratch)?,
+            geometry_bounds,
+            proxies: files.iter_mut().map(|(kind, file)| (*kind, file as &mut dyn Read)).collect(),
         };
         self.writer.finish(self.path, contents).map_err(ConvertError::write(self.path))
     }

@@ -11,8 +11,11 @@ use crate::hash::FastMap;
 use crate::mesh::has_area;
 use crate::positions::ToPack;
 use crate::{ConvertError, Observer, Stage};
+use glam::Vec3;
 use raystrips_geom::Aabb;
+use raystrips_pack::GeometryBounds;
 use raystrips_strips::{Bvh, bvh};
+use serde::{Deserialize, Serialize};
 
 /// Most triangles of a piece, as long as space can tell them apart: what a thread builds at a time.
 pub(crate) const PIECE_TRIANGLES: u64 = 1 << 18;
@@ -36,10 +39,39 @@ pub(crate) struct Partition {
     leaf_of_cell: Vec<u32>,
     /// Leaves are numbered from 0.
     pub tree: Bvh,
+    /// What the counting told beside that.
+    pub census: Census,
+}
+
+/// What a look at all triangles tells, wherever they are.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Census {
     /// Triangles left out for want of an area.
     pub degenerate: u64,
     /// Most by which a coordinate is moved.
     pub position_error: f64,
+    /// Least and greatest corner of each geometry, as far as there are triangles.
+    bounds: Vec<([f32; 3], [f32; 3])>,
+}
+
+impl Census {
+    /// Box of each of so many geometries.
+    pub fn geometry_bounds(&self, geometries: usize) -> Vec<GeometryBounds> {
+        let empty = (Aabb::EMPTY.min.to_array(), Aabb::EMPTY.max.to_array());
+        let bounds = self.bounds.iter().copied().chain(std::iter::repeat(empty)).take(geometries);
+        bounds.map(|(min, max)| GeometryBounds { min, max }).collect()
+    }
+
+    fn add(&mut self, counted: &Counted) {
+        self.degenerate += counted.degenerate;
+        self.position_error = self.position_error.max(counted.position_error);
+        let empty = (Aabb::EMPTY.min.to_array(), Aabb::EMPTY.max.to_array());
+        let geometry = counted.geometry as usize;
+        self.bounds.resize(self.bounds.len().max(geometry + 1), empty);
+        let (min, max) = &mut self.bounds[geometry];
+        let all = Aabb { min: Vec3::from_array(*min), max: Vec3::from_array(*max) }.union(counted.bounds);
+        (*min, *max) = (all.min.to_array(), all.max.to_array());
+    }
 }
 
 impl Partition {
@@ -64,18 +96,17 @@ pub(crate) fn partition(
         Division::Quantiles(_) => KeyGrid::for_all(bounds),
     };
     let mut cells = Cells::new(blocks.triangles, PIECE_TRIANGLES);
-    let (degenerate, position_error) = loop {
+    let census = loop {
         let mut tallies = cells.tallies();
-        let (mut degenerate, mut position_error) = (0, 0f64);
-        let count = |block: Block| count(&block, &grid, &cells, to_pack);
+        let mut census = Census::default();
+        let count = |block: Block| count(&block, &grid, &cells, to_pack, blocks.keeps_flat);
         blocks.for_each(Stage::Partition, observer, count, |counted| {
-            degenerate += counted.degenerate;
-            position_error = position_error.max(counted.position_error);
+            census.add(&counted);
             counted.cells.iter().for_each(|(&cell, tally)| tallies.add(cell as usize, tally));
             Ok(())
         })?;
         if !cells.divide(tallies) {
-            break (degenerate, position_error);
+            break census;
         }
     };
     let leaf_cells = cells.number();
@@ -86,7 +117,7 @@ pub(crate) fn partition(
         Division::SurfaceArea => by_surface_area(&leaf_cells),
         Division::Quantiles(part) => by_quantiles(&leaf_cells, part),
     };
-    Ok(Some(Partition { grid, cells, leaf_of_cell, tree, degenerate, position_error }))
+    Ok(Some(Partition { grid, cells, leaf_of_cell, tree, census }))
 }
 
 /// What one block adds.
@@ -95,10 +126,18 @@ struct Counted {
     cells: FastMap<u64, Tally>,
     degenerate: u64,
     position_error: f64,
+    geometry: u32,
+    bounds: Aabb,
 }
 
-fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack) -> Counted {
-    let mut counted = Counted { cells: FastMap::default(), degenerate: 0, position_error: 0.0 };
+fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack, keeps_flat: bool) -> Counted {
+    let mut counted = Counted {
+        cells: FastMap::default(),
+        degenerate: 0,
+        position_error: 0.0,
+        geometry: block.geometry(),
+        bounds: Aabb::EMPTY,
+    };
     let mut positions = Vec::new();
     for position in block.positions() {
         let placed = to_pack.place(position);
@@ -109,11 +148,12 @@ fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack) -> Coun
     let mut last = (None, Tally::NONE);
     for triangle in block.triangles() {
         let corners = triangle.map(|v| positions[v as usize]);
-        if !block.is_simplified() && !has_area(corners) {
+        if !keeps_flat && !has_area(corners) {
             counted.degenerate += 1;
             continue;
         }
         let bounds = Aabb::of_points(corners);
+        counted.bounds = counted.bounds.union(bounds);
         let cell = cells.to_count(grid.key(&bounds));
         if cell != last.0 {
             counted.add(&last);
@@ -203,7 +243,6 @@ fn quantiles(cells: &[LeafCell], part: f64, members: &mut [u32], leaf: &mut dyn 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn pieces_are_neither_too_large_nor_too_small() {

@@ -5,6 +5,7 @@ use crate::borders::{self, Position};
 use crate::distribute::Pieces;
 use crate::emitters::emitters;
 use crate::mesh::{Welded, encode_ids};
+use crate::proxy::{Level, Simplified};
 use crate::{ConvertError, ConvertParams};
 use raystrips_geom::Aabb;
 use raystrips_pack::Emitter;
@@ -17,11 +18,13 @@ pub(crate) struct Context<'a> {
     pub output: &'a Path,
     pub pieces: &'a Pieces,
     /// Box of each piece.
-    pub boxes: &'a [Aabb],
+    pub boxes: Vec<Aabb>,
     /// For each geometry whether it shines.
     pub shines: &'a [bool],
     /// Bytes of a stored id; 0 if none are kept.
     pub id_bytes: u8,
+    /// How pieces are simplified, if they are.
+    pub first_level: Option<&'a Level>,
 }
 
 /// A piece that can be written.
@@ -34,6 +37,8 @@ pub(crate) struct BuiltPiece {
     pub shared_vertices: Vec<Position>,
     /// Vertices that no other piece has.
     pub own_vertices: u64,
+    /// The first level of the proxy; nothing if none is made.
+    pub simplified: Simplified,
 }
 
 /// Builds piece `number`, whose triangles are numbered from `first_triangle` on. `finished` is told how many more
@@ -45,7 +50,9 @@ pub(crate) fn build(
     finished: &(dyn Fn(usize) + Sync),
 ) -> Result<BuiltPiece, ConvertError> {
     let Welded { mesh, ids, .. } = context.pieces.read(number)?;
-    let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(context.boxes, number));
+    let simplify = |level: &Level| level.simplified(mesh.clone(), Vec::new(), number);
+    let simplified = context.first_level.map(simplify).unwrap_or_default();
+    let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(&context.boxes, number));
     let emitters = emitters(context.shines, &mesh);
     let built = raystrips_strips::build(&mesh, &context.params.strips, finished);
     let ids = if context.id_bytes > 0 { encode_ids(&built, &ids, context.id_bytes) } else { Vec::new() };
@@ -53,5 +60,5 @@ pub(crate) fn build(
     drop(mesh);
     let assembled = assemble(&built, context.params.page_size as usize, first_triangle)
         .map_err(ConvertError::write(context.output))?;
-    Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices })
+    Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices, simplified })
 }

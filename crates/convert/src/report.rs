@@ -18,8 +18,10 @@ pub enum Stage {
     Distribute,
     /// Hierarchy, strips and pages of each piece, and the first level of its proxy; counts triangles.
     Build,
-    /// A level of simplification; counts its triangles.
+    /// Levels of simplification; counts the triangles of each.
     Simplify,
+    /// What comes behind the pages; counts nothing.
+    Finish,
 }
 
 impl Stage {
@@ -31,6 +33,7 @@ impl Stage {
             Stage::Distribute => "distribute",
             Stage::Build => "build",
             Stage::Simplify => "simplify",
+            Stage::Finish => "finish",
         }
     }
 }
@@ -61,12 +64,23 @@ pub struct ConvertReport {
     pub manifest: Manifest,
     /// Length of the pack.
     pub file_bytes: u64,
+    /// Proxies in the pack, the largest first.
+    pub proxies: Vec<ProxyReport>,
     /// Seconds of each stage that this run did.
     pub seconds: Vec<(Stage, f64)>,
     /// Things worth knowing about the input, a line each.
     pub warnings: Vec<String>,
     /// Every file that was read, as it was before.
     pub files: Vec<FileStamp>,
+}
+
+/// A proxy in a pack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProxyReport {
+    /// Its triangles.
+    pub triangles: u64,
+    /// Its part of the pack.
+    pub bytes: u64,
 }
 
 /// Why there is no pack. Messages name the file.

@@ -55,6 +55,11 @@ impl Sidecar {
 }
 
 impl Added {
+    /// How many.
+    pub fn bytes(self) -> u64 {
+        self.bytes
+    }
+
     fn of(bytes: &[u8]) -> Added {
         Added { bytes: bytes.len() as u64, checksum: crc32c::crc32c(bytes) }
     }

@@ -94,6 +94,22 @@ pub enum Section {
     TriangleIds = 5,
     /// The manifest.
     Manifest = 6,
+    /// [`GeometryBounds`] of each geometry; optional.
+    GeometryBounds = 7,
+    /// A pack of a simplified scene; optional.
+    FineProxy = 8,
+    /// A pack of a scene simplified further; optional.
+    CoarseProxy = 9,
+}
+
+/// The box of a geometry; where that has no triangles, least corner +∞ and greatest corner -∞.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GeometryBounds {
+    /// Least corner.
+    pub min: [f32; 3],
+    /// Greatest corner.
+    pub max: [f32; 3],
 }
 
 /// Directory entry of a page.

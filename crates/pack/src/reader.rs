@@ -4,6 +4,7 @@ use crate::PackError;
 use crate::layout::*;
 use crate::manifest::Manifest;
 use crate::nodes::{Child, check_boxes, check_nodes};
+use crate::proxy::{Part, ProxyKind};
 use crate::sections::Sections;
 use std::io::{Read, Seek};
 
@@ -22,9 +23,13 @@ pub struct Pack {
     pub top_entries: Vec<TopEntry>,
     /// Emissive triangles.
     pub emitters: Vec<Emitter>,
+    /// Boxes of the geometries; none if they are not kept.
+    pub geometry_bounds: Vec<GeometryBounds>,
     /// Length of the file.
     pub file_bytes: u64,
     triangle_ids: SectionEntry,
+    /// By [`ProxyKind`].
+    proxies: [Option<SectionEntry>; 2],
 }
 
 impl Pack {
@@ -38,6 +43,11 @@ impl Pack {
             top_nodes: sections.array(Section::TopNodes)?,
             top_entries: sections.array(Section::TopEntries)?,
             emitters: sections.array(Section::Emitters)?,
+            geometry_bounds: sections.optional_array(Section::GeometryBounds)?,
+            proxies: [
+                sections.optional_entry(ProxyKind::Fine.section())?,
+                sections.optional_entry(ProxyKind::Coarse.section())?,
+            ],
             triangle_ids: sections.entry(Section::TriangleIds)?,
             file_bytes: sections.length,
         };
@@ -46,6 +56,29 @@ impl Pack {
         pack.check_top()?;
         pack.check_scene()?;
         Ok(pack)
+    }
+
+    /// Where the pack of a proxy is in the file: offset and length. `None` if there is none of the kind.
+    pub fn proxy(&self, kind: ProxyKind) -> Option<(u64, u64)> {
+        self.proxies[kind as usize].map(|entry| (entry.offset, entry.bytes))
+    }
+
+    /// Opens the pack of a proxy, which is in the same `file`. Offsets in it count from its beginning.
+    pub fn open_proxy(
+        &self,
+        file: &mut (impl Read + Seek),
+        kind: ProxyKind,
+    ) -> Result<Option<Pack>, PackError> {
+        let Some(entry) = &self.proxies[kind as usize] else { return Ok(None) };
+        let wrong = |what: &str| Err(kind.error(PackError::corrupt(what)));
+        let pack = Pack::open(&mut Part::new(file, entry)).map_err(|e| kind.error(e))?;
+        if pack.proxies.iter().any(Option::is_some) {
+            return wrong("it has proxies of its own");
+        }
+        if pack.manifest.scene.geometries.len() != self.manifest.scene.geometries.len() {
+            return wrong("it has other geometries");
+        }
+        Ok(Some(pack))
     }
 
     /// Where the original ids of triangles are in the file: offset and length; the length is 0 if none are kept.
@@ -149,6 +182,11 @@ impl Pack {
         }
         if self.emitters.iter().any(|e| e.geometry as usize >= scene.geometries.len()) {
             return Err(PackError::corrupt("an emitter has no geometry"));
+        }
+        let is_box = |b: &GeometryBounds| b.min.iter().chain(&b.max).all(|x| !x.is_nan());
+        let count = self.geometry_bounds.len();
+        if count > 0 && count != scene.geometries.len() || !self.geometry_bounds.iter().all(is_box) {
+            return Err(PackError::corrupt("boxes of geometries are wrong"));
         }
         if !self.emitters.iter().flat_map(|e| e.corners.as_flattened()).all(|x| x.is_finite()) {
             return Err(PackError::corrupt("a corner of an emitter is not finite"));

@@ -28,9 +28,15 @@ impl<'a, F: Read + Seek> Sections<'a, F> {
 
     /// Where the section is, of which there must be exactly one.
     pub fn entry(&self, kind: Section) -> Result<SectionEntry, PackError> {
+        let entry = self.optional_entry(kind)?;
+        entry.ok_or_else(|| PackError::corrupt(format!("{kind:?} section is missing")))
+    }
+
+    /// Where the section is, of which there may be one.
+    pub fn optional_entry(&self, kind: Section) -> Result<Option<SectionEntry>, PackError> {
         let wrong = |what: &str| PackError::corrupt(format!("{kind:?} section {what}"));
         let mut found = self.table.iter().filter(|e| e.kind == kind as u32);
-        let entry = *found.next().ok_or_else(|| wrong("is missing"))?;
+        let Some(&entry) = found.next() else { return Ok(None) };
         if found.next().is_some() {
             return Err(wrong("is there twice"));
         }
@@ -40,12 +46,22 @@ impl<'a, F: Read + Seek> Sections<'a, F> {
         if entry.offset.checked_add(entry.bytes).is_none_or(|end| end > self.length) {
             return Err(wrong("lies beyond the end of the file"));
         }
-        Ok(entry)
+        Ok(Some(entry))
     }
 
     /// The whole section, which is an array of `T`.
     pub fn array<T: Pod>(&mut self, kind: Section) -> Result<Vec<T>, PackError> {
         let entry = self.entry(kind)?;
+        self.array_at(kind, &entry)
+    }
+
+    /// The whole section if there is one.
+    pub fn optional_array<T: Pod>(&mut self, kind: Section) -> Result<Vec<T>, PackError> {
+        let entry = self.optional_entry(kind)?;
+        entry.map_or(Ok(Vec::new()), |entry| self.array_at(kind, &entry))
+    }
+
+    fn array_at<T: Pod>(&mut self, kind: Section, entry: &SectionEntry) -> Result<Vec<T>, PackError> {
         if !entry.bytes.is_multiple_of(size_of::<T>() as u64) {
             return Err(PackError::corrupt(format!("{kind:?} section has an odd length")));
         }

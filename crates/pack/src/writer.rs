@@ -5,6 +5,7 @@ use crate::PackError;
 use crate::layout::*;
 use crate::manifest::{ByteCounts, Manifest};
 use crate::page::builder::BuiltPage;
+use crate::proxy::ProxyKind;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
@@ -22,6 +23,10 @@ pub struct PackContents<'a> {
     pub emitters: &'a mut dyn Read,
     /// Original triangle ids in the order of the pack, [`Manifest::id_bytes`] each; empty if not kept.
     pub triangle_ids: &'a mut dyn Read,
+    /// Box of each geometry; empty if they are not kept.
+    pub geometry_bounds: &'a [GeometryBounds],
+    /// Packs of proxies.
+    pub proxies: Vec<(ProxyKind, &'a mut dyn Read)>,
 }
 
 /// A page without its bytes: what a writer must know of it to go on where another one ended.
@@ -179,7 +184,7 @@ impl PackWriter {
         self.totals.bytes.ids = self.totals.triangles * id_bytes;
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);
-        let sections = [
+        let mut sections = vec![
             self.section(Section::Directory, bytemuck::cast_slice(&directory))?,
             self.section(Section::TopNodes, bytemuck::cast_slice(contents.top_nodes))?,
             self.section(Section::TopEntries, bytemuck::cast_slice(contents.top_entries))?,
@@ -188,6 +193,13 @@ impl PackWriter {
             self.section(Section::Manifest, manifest.as_slice())?,
         ];
         assert_eq!(sections[4].bytes, self.totals.bytes.ids, "bytes of triangle ids");
+        if !contents.geometry_bounds.is_empty() {
+            let bounds: &[u8] = bytemuck::cast_slice(contents.geometry_bounds);
+            sections.push(self.section(Section::GeometryBounds, bounds)?);
+        }
+        for (kind, proxy) in contents.proxies {
+            sections.push(self.section(kind.section(), proxy)?);
+        }
         self.pad()?;
         let sections_offset = self.position;
         let table: &[u8] = bytemuck::cast_slice(&sections);

@@ -33,6 +33,7 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
         record!(FileHeader { magic, version, reserved }),
         record!(Footer { sections_offset, section_count, sections_checksum, file_bytes, magic }),
         record!(SectionEntry { kind, checksum, offset, bytes }),
+        record!(GeometryBounds { min, max }),
         record!(PageEntry { offset, first_triangle, bytes, checksum, triangle_count, node_count }),
         record!(ChildBoxes { origin, exponent, reserved, lo, hi }),
         record!(TopNode { boxes, child }),
@@ -159,7 +160,17 @@ fn magic_and_version_are_as_described() {
 #[test]
 fn section_kinds_are_as_described() {
     use Section::*;
-    let code = [Directory, TopNodes, TopEntries, Emitters, TriangleIds, Manifest];
+    let code = [
+        Directory,
+        TopNodes,
+        TopEntries,
+        Emitters,
+        TriangleIds,
+        Manifest,
+        GeometryBounds,
+        FineProxy,
+        CoarseProxy,
+    ];
     let described = rows(&document(), "### SectionEntry", 1);
     let described: Vec<_> = described.iter().map(|row| (row[0].clone(), plain(&row[1]))).collect();
     assert_eq!(described, code.map(|kind| ((kind as u32).to_string(), format!("{kind:?}"))));

@@ -1,4 +1,4 @@
-//! The bytes of a file, in memory. The only unsafe code of this crate.
+//! The bytes of a file, or of a part of it, in memory. The only unsafe code of this crate.
 //!
 //! A file that fits is read into memory with huge pages, where the system gives them: incoherent rays touch more
 //! pages of 4 KiB than a processor can keep the places of. A larger one is mapped.
@@ -6,7 +6,8 @@
 
 use memmap2::{Advice, Mmap, MmapMut, MmapOptions};
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
 
 /// A huge page of most systems.
 const HUGE_PAGE: usize = 2 << 20;
@@ -17,7 +18,7 @@ pub(crate) enum FileBytes {
     Read {
         /// Whole huge pages.
         memory: MmapMut,
-        /// Length of the file.
+        /// How many there are.
         len: usize,
     },
     /// Mapped.
@@ -25,29 +26,31 @@ pub(crate) enum FileBytes {
 }
 
 impl FileBytes {
-    /// Reads `file` if it has at most `most` bytes, and maps it else.
-    pub(crate) fn of(file: &mut File, most: u64) -> io::Result<FileBytes> {
-        let len = file.metadata()?.len();
+    /// Reads `place` of `file` if it has at most `most` bytes, and maps it else. Shorter if the file ends before.
+    pub(crate) fn of(file: &mut File, place: Range<u64>, most: u64) -> io::Result<FileBytes> {
+        let end = place.end.min(file.metadata()?.len());
+        let len = end.saturating_sub(place.start);
         match usize::try_from(len) {
-            Ok(len) if len as u64 <= most => FileBytes::read(file, len),
-            _ => FileBytes::map(file),
+            Ok(len) if len as u64 <= most => FileBytes::read(file, place.start, len),
+            _ => FileBytes::map(file, place.start, len),
         }
     }
 
-    fn read(file: &mut File, len: usize) -> io::Result<FileBytes> {
+    fn read(file: &mut File, offset: u64, len: usize) -> io::Result<FileBytes> {
         let mut memory = MmapOptions::new().len(len.max(1).next_multiple_of(HUGE_PAGE)).map_anon()?;
         // A system that has no huge pages refuses, and does as well with small ones.
         let _ = memory.advise(Advice::HugePage);
-        file.rewind()?;
+        file.seek(SeekFrom::Start(offset))?;
         file.read_exact(&mut memory[..len])?;
         Ok(FileBytes::Read { memory, len })
     }
 
-    fn map(file: &File) -> io::Result<FileBytes> {
+    fn map(file: &File, offset: u64, len: u64) -> io::Result<FileBytes> {
+        let len = usize::try_from(len).map_err(|_| io::ErrorKind::OutOfMemory)?;
         // SAFETY: the bytes are only ever read as plain numbers, each of which is valid whatever its bits, and
         // pages are checked before kernels rely on them. Another process that truncates the file makes reads
         // fail with a signal, which is documented; packs are replaced by renaming.
-        Ok(FileBytes::Mapped(unsafe { Mmap::map(file)? }))
+        Ok(FileBytes::Mapped(unsafe { MmapOptions::new().offset(offset).len(len).map(file)? }))
     }
 
     /// The bytes.

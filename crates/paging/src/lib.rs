@@ -9,8 +9,9 @@ mod file_bytes;
 use file_bytes::FileBytes;
 use rayon::prelude::*;
 use raystrips_extmem::spare_memory;
-use raystrips_pack::{Pack, PackError, PageId, PageView, check_page};
+use raystrips_pack::{Pack, PackError, PageId, PageView, ProxyKind, check_page};
 use std::fs::File;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Why a pack cannot be opened: names the file.
@@ -32,20 +33,36 @@ pub struct PageTable {
 impl PageTable {
     /// Takes in the pack at `path` and checks all of its pages. Reads the whole file once.
     pub fn open(path: &Path) -> Result<PageTable, OpenError> {
-        let named = |source| OpenError { path: path.to_owned(), source };
-        let table = PageTable::take_in(path).map_err(named)?;
-        table.check_pages().map_err(named)?;
-        Ok(table)
+        let take_in = |mut file: File| {
+            let pack = Pack::open(&mut file)?;
+            let place = 0..pack.file_bytes;
+            PageTable::take_in(pack, &mut file, place)
+        };
+        let opened = File::open(path).map_err(PackError::from).and_then(take_in);
+        opened.map_err(|source| OpenError { path: path.to_owned(), source })
     }
 
-    fn take_in(path: &Path) -> Result<PageTable, PackError> {
-        let mut file = File::open(path)?;
-        let pack = Pack::open(&mut file)?;
-        let bytes = FileBytes::of(&mut file, spare_memory().unwrap_or(0))?;
+    /// The same for a proxy in the pack at `path`; `None` if it has none of the kind.
+    pub fn open_proxy(path: &Path, kind: ProxyKind) -> Result<Option<PageTable>, OpenError> {
+        let take_in = |mut file: File| {
+            let around = Pack::open(&mut file)?;
+            let Some(pack) = around.open_proxy(&mut file, kind)? else { return Ok(None) };
+            let (offset, bytes) = around.proxy(kind).expect("it was just opened");
+            PageTable::take_in(pack, &mut file, offset..offset + bytes).map(Some).map_err(|e| kind.error(e))
+        };
+        let opened = File::open(path).map_err(PackError::from).and_then(take_in);
+        opened.map_err(|source| OpenError { path: path.to_owned(), source })
+    }
+
+    /// Takes in `pack`, which is at `place` in `file`, and checks its pages.
+    fn take_in(pack: Pack, file: &mut File, place: Range<u64>) -> Result<PageTable, PackError> {
+        let bytes = FileBytes::of(file, place, spare_memory().unwrap_or(0))?;
         if bytes.bytes().len() as u64 != pack.file_bytes {
             return Err(PackError::Corrupt("the file changes while it is read".into()));
         }
-        Ok(PageTable { pack, file: bytes })
+        let table = PageTable { pack, file: bytes };
+        table.check_pages()?;
+        Ok(table)
     }
 
     /// The resident part of the pack.

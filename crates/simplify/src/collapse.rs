@@ -1,7 +1,7 @@
 //! Edges are collapsed by least cost until few enough triangles are left.
 
-use crate::legal::{Effect, Inspector};
 use crate::curve::CostCurve;
+use crate::legal::{Effect, Inspector};
 use crate::planes;
 use crate::queue::{Entry, Queue};
 use crate::work_mesh::WorkMesh;

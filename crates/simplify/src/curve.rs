@@ -78,8 +78,7 @@ impl CostCurve {
         let mut classes: Vec<u16> = curves.iter().flat_map(|c| &c.steps).map(|step| step.0).collect();
         classes.sort_unstable();
         classes.dedup();
-        let left_after =
-            |&class: &u16| curves.iter().map(|curve| curve.left_below(class + 1)).sum::<u64>();
+        let left_after = |&class: &u16| curves.iter().map(|curve| curve.left_below(class + 1)).sum::<u64>();
         let first = classes.partition_point(|class| left_after(class) > triangles);
         classes.get(first).copied()
     }

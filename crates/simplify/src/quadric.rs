@@ -48,7 +48,7 @@ impl AddAssign for StoredQuadric {
     /// Adds the quadric of a vertex at the same place.
     fn add_assign(&mut self, other: StoredQuadric) {
         self.numbers.iter_mut().zip(other.numbers).for_each(|(a, b)| *a += b);
-        self.held |= other.held;
+        self.held = self.held.max(other.held);
     }
 }
 

@@ -23,6 +23,6 @@ mod walk;
 mod window;
 
 pub use kernel::{Kernel, Tracer};
-pub use raystrips_pack::Emitter;
+pub use raystrips_pack::{Emitter, ProxyKind};
 pub use raystrips_paging::OpenError;
 pub use scene::{ResolvedHit, Scene};

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::{Aabb, Hit};
-use raystrips_pack::{Emitter, Manifest, PageId, PageView, TopEntry, TopNode};
+use raystrips_pack::{Emitter, GeometryBounds, Manifest, PageId, PageView, ProxyKind, TopEntry, TopNode};
 use raystrips_paging::{OpenError, PageTable};
 use std::path::Path;
 
@@ -59,6 +59,16 @@ impl Scene {
     /// Opens the pack at `path` and checks all of it.
     pub fn open(path: &Path) -> Result<Scene, OpenError> {
         Ok(Scene { pages: PageTable::open(path)? })
+    }
+
+    /// Opens a proxy in the pack at `path` and checks all of it; `None` if there is none of the kind.
+    pub fn open_proxy(path: &Path, kind: ProxyKind) -> Result<Option<Scene>, OpenError> {
+        Ok(PageTable::open_proxy(path, kind)?.map(|pages| Scene { pages }))
+    }
+
+    /// Boxes of the geometries of the pack; none if it has none.
+    pub fn geometry_bounds(&self) -> &[GeometryBounds] {
+        &self.pages.pack().geometry_bounds
     }
 
     /// Numbers and names of the pack.

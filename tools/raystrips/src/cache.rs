@@ -46,6 +46,7 @@ fn key(model: &Path, options: &ConvertOptions) -> u64 {
     (model, raystrips_pack::layout::FORMAT_VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
     let ConvertOptions { page_size, keep_ids, strip_windows, positions, source, .. } = options;
     (page_size, keep_ids, strip_windows, positions, source.drop_out_of_range).hash(&mut hasher);
+    options.proxies().map(|proxies| (proxies.ratio.to_bits(), proxies.memory)).hash(&mut hasher);
     hasher.finish()
 }
 

@@ -68,7 +68,12 @@ fn compare(programs: &Programs, model: &Path, threads: &[u32], rounds: usize) ->
 fn prepare(programs: &Programs, model: &Path, scratch: &Path) -> Result<(Files, u64, f64)> {
     let files = Files { model: model.to_owned(), pack: scratch.join("model.rsp"), rays: scratch.to_owned() };
     let inputs = [PathBuf::from(model)];
-    let report = convert(&inputs, &files.pack, &ConvertParams::default(), &Unobserved)?;
+    let report = convert(
+        &inputs,
+        &files.pack,
+        &ConvertParams { proxies: None, ..ConvertParams::default() },
+        &Unobserved,
+    )?;
     programs::output(Command::new(&programs.make_rays).arg(model).arg(scratch))?;
     write_blocks(scratch)?;
     Ok((files, report.manifest.triangles, report.manifest.bytes_per_triangle()))

@@ -22,7 +22,8 @@ fn open(obj: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let (model, pack) = (folder.path().join("model.obj"), folder.path().join("model.rsp"));
     std::fs::write(&model, obj).unwrap();
-    convert(&[model], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+    convert(&[model], &pack, &ConvertParams { proxies: None, ..ConvertParams::default() }, &Unobserved)
+        .unwrap();
     Scene::open(&pack).unwrap()
 }
 

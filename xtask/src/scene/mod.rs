@@ -138,7 +138,13 @@ mod tests {
             assert!(files == make(line, second.path()), "{line}");
             let pack = second.path().join("scene.rsp");
             let scene = first.path().join("scene.toml");
-            let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+            let report = convert(
+                &[scene],
+                &pack,
+                &ConvertParams { proxies: None, ..ConvertParams::default() },
+                &Unobserved,
+            )
+            .unwrap();
             assert!((report.manifest.triangles as f64 / count - 1.0).abs() < 0.02, "{line}");
             assert!(report.warnings.is_empty(), "{line}: {:?}", report.warnings);
         }
@@ -154,7 +160,13 @@ mod tests {
         assert!(files == make(&line, second.path()));
         let scene = first.path().join("scene.toml");
         let pack = second.path().join("scene.rsp");
-        let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+        let report = convert(
+            &[scene],
+            &pack,
+            &ConvertParams { proxies: None, ..ConvertParams::default() },
+            &Unobserved,
+        )
+        .unwrap();
         assert!((report.manifest.triangles as f64 / 6e4 - 1.0).abs() < 0.02);
         let few = line.replace("60K", "5K");
         let arguments: Vec<String> = few.split_whitespace().chain(["-o", "."]).map(str::to_owned).collect();

@@ -32,7 +32,8 @@ pub fn print(models: &[String]) -> Result<()> {
 }
 
 fn row(model: &Path, max_windows: usize, pack: &Path) -> Result<()> {
-    let params = ConvertParams { strips: StripParams { max_windows }, ..ConvertParams::default() };
+    let params =
+        ConvertParams { strips: StripParams { max_windows }, proxies: None, ..ConvertParams::default() };
     let (report, seconds) = fastest_conversion(model, pack, &params)?;
     let scene = Scene::open(pack)?;
     let manifest = &report.manifest;

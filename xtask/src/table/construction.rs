@@ -46,7 +46,12 @@ const BUILDS: [(&str, Build); 6] = [
         Ok(())
     }),
     ("this program, from file to file", |model, pack| {
-        convert(std::slice::from_ref(&model.path), pack, &ConvertParams::default(), &Unobserved)?;
+        convert(
+            std::slice::from_ref(&model.path),
+            pack,
+            &ConvertParams { proxies: None, ..ConvertParams::default() },
+            &Unobserved,
+        )?;
         Ok(())
     }),
 ];

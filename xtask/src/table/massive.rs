@@ -126,7 +126,7 @@ impl Setting {
         line.push(self.raystrips.display().to_string());
         let mut command = Command::new(&line[0]);
         command.args(&line[1..]).arg("convert").arg(scene.join("scene.toml")).arg("-o").arg(&pack);
-        command.args(["--memory", memory, "--threads", &threads, "--restart", "--json"]);
+        command.args(["--memory", memory, "--threads", &threads, "--restart", "--no-proxy", "--json"]);
         let watch = ScratchWatch::start(&pack);
         let report = programs::json(&mut command)?;
         let scratch_bytes = watch.most_bytes() as f64;

@@ -26,7 +26,12 @@ pub struct Model {
 impl Model {
     fn open(path: &Path, folder: &Path) -> Result<Model> {
         let pack = folder.join("model.rsp");
-        let report = convert(&[path.to_owned()], &pack, &ConvertParams::default(), &Unobserved)?;
+        let report = convert(
+            &[path.to_owned()],
+            &pack,
+            &ConvertParams { proxies: None, ..ConvertParams::default() },
+            &Unobserved,
+        )?;
         let scene = Scene::open(&pack)?;
         let mesh = Mesh::of_scene(&scene);
         Ok(Model { name: stem(path), path: path.to_owned(), report, scene, mesh })

@@ -68,7 +68,8 @@ impl Allotment {
             return Ok(Allotment::Counts(vec![goal.triangles]));
         }
         let least = if goal.is_first { FIRST_SAMPLES } else { LATER_SAMPLES };
-        let samples = if goal.is_last { count } else { count.div_ceil(PIECES_PER_SAMPLE).max(least).min(count) };
+        let samples =
+            if goal.is_last { count } else { count.div_ceil(PIECES_PER_SAMPLE).max(least).min(count) };
         let sample = |i: usize| i * count / samples;
         let total = pieces.triangles();
         let part = goal.triangles as f64 / total as f64;
@@ -95,10 +96,9 @@ impl Allotment {
     pub fn target(&self, number: usize, triangles: u64) -> Target {
         match self {
             Allotment::Counts(counts) => Target::triangles(counts[number] as usize),
-            Allotment::Cost { max_cost, least_part } => Target {
-                triangles: (triangles as f64 * least_part).ceil() as usize,
-                max_cost: *max_cost,
-            },
+            Allotment::Cost { max_cost, least_part } => {
+                Target { triangles: (triangles as f64 * least_part).ceil() as usize, max_cost: *max_cost }
+            }
         }
     }
 }

@@ -10,12 +10,15 @@ use super::locks::Locks;
 use super::piece::{self, Simplified};
 use crate::blocks::{Blocks, lost_triangles};
 use crate::distribute::{self, Pieces};
+use crate::mesh::Welded;
 use crate::partition::{self, Division};
 use crate::positions::ToPack;
 use crate::queue::in_order;
 use crate::{ConvertError, Observer, Stage};
 use raystrips_extmem::{MemoryBudget, Spool};
 use raystrips_geom::Aabb;
+use raystrips_simplify::StoredQuadric;
+use raystrips_strips::Mesh;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -44,34 +47,55 @@ pub(crate) struct Levels<'a> {
     pub observer: &'a dyn Observer,
 }
 
+/// How the pieces of a level are simplified.
+pub(crate) struct Level {
+    locks: Locks,
+    allotment: Allotment,
+}
+
+impl Level {
+    /// Simplifies piece `number`, with the quadrics of its vertices if it was simplified before.
+    pub fn simplified(&self, mesh: Mesh, quadrics: Vec<StoredQuadric>, number: usize) -> Simplified {
+        let target = self.allotment.target(number, mesh.triangles.len() as u64);
+        piece::simplified(mesh, quadrics, number, &self.locks, target)
+    }
+}
+
 impl Levels<'_> {
     /// The first level: `pieces` as they were gathered, on the way to `wanted` triangles.
-    pub fn first(&self, pieces: &Pieces, wanted: u64) -> Result<Blocks, ConvertError> {
-        let locks = Locks::by_boxes(pieces);
-        self.level(pieces, &locks, true, wanted)
+    pub fn first(&self, pieces: &Pieces, wanted: u64) -> Result<Level, ConvertError> {
+        let goal = Goal::of(pieces.triangles(), pieces.sources.len(), true, wanted);
+        self.level(pieces, Locks::by_boxes(pieces), goal, wanted)
     }
 
     /// Simplifies `blocks` of a simplified mesh on to `wanted` triangles.
     pub fn reduce(&self, mut blocks: Blocks, wanted: u64) -> Result<Blocks, ConvertError> {
         let enough = (wanted as f64 * (1.0 + TOLERANCE)) as u64;
         let mut is_stuck = false;
-        for level in 1..=MOST_LEVELS {
+        for number in 1..=MOST_LEVELS {
             if blocks.triangles <= enough {
                 break;
             }
-            let pieces = self.regroup(&blocks, PARTS[level % PARTS.len()])?;
+            let pieces = self.regroup(&blocks, PARTS[number % PARTS.len()])?;
             let locks = if is_stuck { self.exact_locks(&pieces)? } else { Locks::by_boxes(&pieces) };
+            let goal = Goal::of(pieces.triangles(), pieces.sources.len(), false, wanted);
+            let level = self.level(&pieces, locks, goal, wanted)?;
             let before = blocks.triangles;
-            blocks = self.level(&pieces, &locks, false, wanted)?;
-            is_stuck = blocks.triangles as f64 > STUCK * before as f64;
+            blocks = self.simplify(&pieces, &level)?;
+            is_stuck = !goal.is_last && blocks.triangles as f64 > STUCK * before as f64;
         }
         Ok(blocks)
+    }
+
+    fn level(&self, pieces: &Pieces, locks: Locks, goal: Goal, wanted: u64) -> Result<Level, ConvertError> {
+        let allotment = Allotment::new(pieces, &locks, goal, wanted, self.pieces_at_a_time, self.observer)?;
+        Ok(Level { locks, allotment })
     }
 
     /// Divides what `blocks` hold into pieces by planes that have this part of the triangles on one side.
     fn regroup(&self, blocks: &Blocks, part: f64) -> Result<Pieces, ConvertError> {
         let to_pack = ToPack::identity();
-        let quiet = Quiet(self.observer);
+        let quiet = self.quiet();
         let division = Division::Quantiles(part);
         let partition = partition::partition(blocks, self.bounds, &to_pack, division, &quiet)?;
         let partition = partition.ok_or_else(|| ConvertError::Scratch(lost_triangles()))?;
@@ -79,32 +103,31 @@ impl Levels<'_> {
         distribute::distribute(blocks, &partition, &to_pack, false, spool, &quiet)
     }
 
+    /// The observer for what is not worth a bar of its own.
+    pub fn quiet(&self) -> Quiet<'_> {
+        Quiet(self.observer)
+    }
+
     fn exact_locks(&self, pieces: &Pieces) -> Result<Locks, ConvertError> {
         let memory = self.sort_memory as usize;
         Locks::by_vertices(pieces, self.folder, memory, self.pieces_at_a_time, self.observer)
     }
 
-    /// Simplifies `pieces`.
-    fn level(
-        &self,
-        pieces: &Pieces,
-        locks: &Locks,
-        is_first: bool,
-        wanted: u64,
-    ) -> Result<Blocks, ConvertError> {
-        let goal = Goal::of(pieces.triangles(), pieces.sources.len(), is_first, wanted);
-        let allotment = Allotment::new(pieces, locks, goal, wanted, self.pieces_at_a_time, self.observer)?;
+    /// Simplifies all of `pieces`.
+    pub fn simplify(&self, pieces: &Pieces, level: &Level) -> Result<Blocks, ConvertError> {
         let mut blocks = Blocks {
             spool: Spool::unnamed(self.folder, self.budget),
             chunks: Vec::new(),
             triangles: 0,
             at_a_time: self.batches_at_a_time,
             is_consumed: false,
+            keeps_flat: true,
         };
         let (done, total) = (AtomicU64::new(0), pieces.triangles());
         let work = |number: usize| {
             let triangles = pieces.sources[number].triangles;
-            let simplified = piece::simplified(pieces, number, locks, allotment.target(number, triangles))?;
+            let Welded { mesh, quadrics, .. } = pieces.read(number)?;
+            let simplified = level.simplified(mesh, quadrics, number);
             let before = done.fetch_add(triangles, Ordering::Relaxed);
             self.observer.progress(Stage::Simplify, before + triangles, total);
             Ok(simplified)
@@ -120,8 +143,8 @@ impl Levels<'_> {
     }
 }
 
-/// Passes on nothing but whether to stop: what the levels do between them is not worth a bar of its own.
-struct Quiet<'a>(&'a dyn Observer);
+/// Passes on nothing but whether to stop.
+pub(crate) struct Quiet<'a>(&'a dyn Observer);
 
 impl Observer for Quiet<'_> {
     fn is_cancelled(&self) -> bool {

@@ -3,7 +3,13 @@
 mod allotment;
 mod levels;
 mod locks;
+mod packed;
 mod piece;
+
+pub(crate) use levels::{Level, Levels};
+pub use packed::PackProxies;
+pub(crate) use packed::{PackedProxy, wants_proxies};
+pub(crate) use piece::Simplified;
 
 use crate::distribute::Pieces;
 use crate::import::Imported;
@@ -12,7 +18,8 @@ use crate::mesh::Welded;
 use crate::report::Clock;
 use crate::{Conversion, ConvertError, ConvertParams, Observer, Plan, offset};
 use glam::Vec3;
-use levels::Levels;
+use raystrips_extmem::MemoryBudget;
+use raystrips_geom::Aabb;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_simplify::{Distances, measure};
 use std::path::{Path, PathBuf};
@@ -89,20 +96,31 @@ pub fn proxy(
 }
 
 impl Conversion<'_> {
+    /// Levels of simplification of a mesh in `bounds`.
+    pub(crate) fn levels<'a>(
+        &'a self,
+        job: &'a Job,
+        budget: Option<&'a MemoryBudget>,
+        bounds: Aabb,
+    ) -> Levels<'a> {
+        Levels {
+            folder: job.scratch_path(),
+            budget,
+            sort_memory: self.plan.sort_memory(),
+            pieces_at_a_time: self.plan.pieces_at_a_time,
+            batches_at_a_time: self.plan.batches_at_a_time(),
+            bounds,
+            observer: self.observer,
+        }
+    }
+
     fn simplify(&self, job: &mut Job, mut found: Found, params: &ProxyParams) -> Result<Proxy, ConvertError> {
         let budget = self.budget();
         let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut Clock::new())?;
         let wanted = params.size.triangles(pieces.triangles());
-        let levels = Levels {
-            folder: job.scratch_path(),
-            budget: budget.as_ref(),
-            sort_memory: self.plan.sort_memory(),
-            pieces_at_a_time: self.plan.pieces_at_a_time,
-            batches_at_a_time: self.plan.batches_at_a_time(),
-            bounds: pieces.tree.bounds(),
-            observer: self.observer,
-        };
-        let blocks = levels.reduce(levels.first(&pieces, wanted)?, wanted)?;
+        let levels = self.levels(job, budget.as_ref(), pieces.tree.bounds());
+        let first = levels.first(&pieces, wanted)?;
+        let blocks = levels.reduce(levels.simplify(&pieces, &first)?, wanted)?;
         let Welded { mesh, .. } = blocks.weld()?;
         let distances = match params.measured_points {
             0 => None,

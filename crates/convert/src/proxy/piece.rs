@@ -8,11 +8,13 @@ use crate::mesh::Welded;
 use glam::Vec3;
 use raystrips_geom::Aabb;
 use raystrips_simplify::{CostCurve, Piece, StoredQuadric, Target, simplify};
+use raystrips_strips::Mesh;
 
 /// Most positions of a block.
 const BLOCK_POSITIONS: usize = 1 << 16;
 
 /// A simplified piece.
+#[derive(Default)]
 pub(crate) struct Simplified {
     /// Blocks with quadrics.
     pub bytes: Vec<u8>,
@@ -21,17 +23,13 @@ pub(crate) struct Simplified {
 
 /// Simplifies piece `number`. Vertices that other pieces have too stay where they are.
 pub(crate) fn simplified(
-    pieces: &Pieces,
+    mesh: Mesh,
+    quadrics: Vec<StoredQuadric>,
     number: usize,
     locks: &Locks,
     target: Target,
-) -> Result<Simplified, ConvertError> {
-    Ok(of_mesh(pieces.read(number)?, number, locks, target))
-}
-
-/// The same for a piece that was read.
-pub(crate) fn of_mesh(welded: Welded, number: usize, locks: &Locks, target: Target) -> Simplified {
-    let simplified = simplify(to_piece(welded, number, locks), target).piece;
+) -> Simplified {
+    let simplified = simplify(to_piece(mesh, quadrics, number, locks), target).piece;
     Simplified { triangles: simplified.triangles.len() as u64, bytes: blocks(&simplified) }
 }
 
@@ -42,12 +40,12 @@ pub(crate) fn curve(
     locks: &Locks,
     triangles: usize,
 ) -> Result<CostCurve, ConvertError> {
-    let piece = to_piece(pieces.read(number)?, number, locks);
+    let Welded { mesh, quadrics, .. } = pieces.read(number)?;
+    let piece = to_piece(mesh, quadrics, number, locks);
     Ok(simplify(piece, Target::triangles(triangles)).curve)
 }
 
-fn to_piece(welded: Welded, number: usize, locks: &Locks) -> Piece {
-    let Welded { mesh, quadrics, .. } = welded;
+fn to_piece(mesh: Mesh, quadrics: Vec<StoredQuadric>, number: usize, locks: &Locks) -> Piece {
     Piece {
         locked: locks.locked(&mesh, number),
         origin: Aabb::of_points(mesh.positions.iter().copied()).center().as_dvec3(),

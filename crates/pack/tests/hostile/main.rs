@@ -3,6 +3,7 @@
 
 mod claims;
 mod pages;
+mod proxies;
 mod reseal;
 #[path = "../support/mod.rs"]
 mod support;

@@ -9,14 +9,27 @@ use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
-    ByteCounts, Dropped, Emitter, Manifest, PackContents, PackWriter, PageBuilder, TopEntry,
+    ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents, PackWriter, PageBuilder, ProxyKind,
+    TopEntry,
 };
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
 /// Writes the sample pack, with `alter` done to its manifest, to `path`. Gives its pages as they were built and
 /// its manifest.
 pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<BuiltPage>, Manifest) {
+    write_with(path, alter, &[], &[])
+}
+
+/// The same with boxes of geometries and packs of proxies.
+#[allow(dead_code, reason = "not all tests need it")]
+pub fn write_with(
+    path: &Path,
+    alter: impl FnOnce(&mut Manifest),
+    geometry_bounds: &[GeometryBounds],
+    proxies: &[(ProxyKind, &[u8])],
+) -> (Vec<BuiltPage>, Manifest) {
     let mut writer = PackWriter::create(&path.with_extension("partial"), manifest()).unwrap();
     let first = first_page();
     writer.page(&first).unwrap();
@@ -27,11 +40,14 @@ pub fn write_sample(path: &Path, alter: impl FnOnce(&mut Manifest)) -> (Vec<Buil
     let (top_nodes, top_entries) = top();
     alter(writer.manifest_mut());
     let emitter = Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 };
+    let mut proxies = proxies.to_vec();
     let contents = PackContents {
         top_nodes: &top_nodes,
         top_entries: &top_entries,
         emitters: &mut bytemuck::bytes_of(&emitter),
         triangle_ids: &mut ids.as_slice(),
+        geometry_bounds,
+        proxies: proxies.iter_mut().map(|(kind, bytes)| (*kind, bytes as &mut dyn Read)).collect(),
     };
     let (manifest, _) = writer.finish(path, contents).unwrap();
     (vec![first, second], manifest)

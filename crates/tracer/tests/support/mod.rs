@@ -44,7 +44,8 @@ impl Sphere {
 
 impl Model {
     pub fn convert(path: &Path, max_windows: usize) -> Result<Model, String> {
-        let params = ConvertParams { strips: StripParams { max_windows }, ..ConvertParams::default() };
+        let params =
+            ConvertParams { strips: StripParams { max_windows }, proxies: None, ..ConvertParams::default() };
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
         let pack = folder.path().join("model.rsp");
         convert(&[path.to_owned()], &pack, &params, &Unobserved).map_err(|e| e.to_string())?;

@@ -19,7 +19,7 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     interrupt::watch()?;
     let report = convert_with(&args.inputs, &args.output, &args.options, args.threads)?;
     if args.json {
-        let mut value = describe(&report.manifest, report.file_bytes);
+        let mut value = describe(&report.manifest, report.file_bytes, &report.proxies);
         value["seconds"] = seconds(&report);
         value["peak_rss_bytes"] = process::peak_rss_bytes().into();
         return print_json(&value);
@@ -51,6 +51,7 @@ pub fn convert_with(
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
         positions: options.positions,
         keep_ids: options.keep_ids,
+        proxies: options.proxies(),
         ..options.source.params()
     };
     let progress = ConvertProgress::new(options.source.memory.is_some());

@@ -4,29 +4,46 @@ use super::print_json;
 use crate::args::InfoArgs;
 use crate::units::{bytes, grouped};
 use anyhow::{Context, Result};
-use raystrips_pack::{Manifest, Pack};
+use raystrips_convert::ProxyReport;
+use raystrips_pack::{Manifest, Pack, ProxyKind};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::Write;
+use std::path::Path;
 
 /// Tells what is in a pack.
 pub fn run(args: &InfoArgs) -> Result<()> {
-    let open = || -> Result<Pack> { Ok(Pack::open(&mut File::open(&args.pack)?)?) };
-    let pack = open().with_context(|| args.pack.display().to_string())?;
+    let (pack, proxies) = open(&args.pack).with_context(|| args.pack.display().to_string())?;
     if args.json {
-        return print_json(&describe(&pack.manifest, pack.file_bytes));
+        return print_json(&describe(&pack.manifest, pack.file_bytes, &proxies));
     }
     let mut out = std::io::stdout();
-    for (name, value) in lines(&pack.manifest, pack.file_bytes) {
+    for (name, value) in lines(&pack.manifest, pack.file_bytes, &proxies) {
         writeln!(out, "{name:>16}  {value}")?;
     }
     Ok(())
 }
 
+/// A pack with what proxies it has, the largest first.
+fn open(path: &Path) -> Result<(Pack, Vec<ProxyReport>)> {
+    let mut file = File::open(path)?;
+    let pack = Pack::open(&mut file)?;
+    let mut proxies = Vec::new();
+    for kind in ProxyKind::ALL {
+        if let Some(proxy) = pack.open_proxy(&mut file, kind)? {
+            proxies.push(ProxyReport { triangles: proxy.manifest.triangles, bytes: proxy.file_bytes });
+        }
+    }
+    Ok((pack, proxies))
+}
+
 /// The JSON that `info` and `convert` share.
-pub fn describe(manifest: &Manifest, file_bytes: u64) -> Value {
+pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Value {
     let bytes = &manifest.bytes;
-    let other = file_bytes.saturating_sub(bytes.tracing() - bytes.page_overhead + bytes.materials);
+    let proxy_bytes: u64 = proxies.iter().map(|proxy| proxy.bytes).sum();
+    let named = bytes.tracing() - bytes.page_overhead + bytes.materials + proxy_bytes;
+    let other = file_bytes.saturating_sub(named);
+    let proxy_triangles = |i: usize| proxies.get(i).map_or(0, |proxy| proxy.triangles);
     json!({
         "triangles": manifest.triangles,
         "vertices": manifest.vertices,
@@ -42,10 +59,10 @@ pub fn describe(manifest: &Manifest, file_bytes: u64) -> Value {
             "nodes": bytes.nodes,
             "materials": bytes.materials,
             "other": other,
-            "proxy": 0,
+            "proxy": proxy_bytes,
         },
         "bytes_per_triangle": manifest.bytes_per_triangle(),
-        "proxy": {"triangles": 0},
+        "proxy": {"triangles": proxy_triangles(0), "coarse_triangles": proxy_triangles(1)},
         "bounds": {"min": manifest.bounds_min, "max": manifest.bounds_max},
         "scene_offset": manifest.scene_offset,
         "position_error": manifest.position_error,
@@ -64,7 +81,7 @@ pub fn describe(manifest: &Manifest, file_bytes: u64) -> Value {
     })
 }
 
-fn lines(manifest: &Manifest, file_bytes: u64) -> Vec<(&'static str, String)> {
+fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(&'static str, String)> {
     let per_triangle = |n: u64| format!("{:.2}", n as f64 / manifest.triangles.max(1) as f64);
     let counts = &manifest.bytes;
     let scene = &manifest.scene;
@@ -107,6 +124,11 @@ fn lines(manifest: &Manifest, file_bytes: u64) -> Vec<(&'static str, String)> {
         ("original ids", if manifest.id_bytes > 0 { "kept" } else { "not kept" }.into()),
         ("written by", manifest.generator.clone()),
     ];
+    if !proxies.is_empty() {
+        let text =
+            |proxy: &ProxyReport| format!("{} triangles ({})", grouped(proxy.triangles), bytes(proxy.bytes));
+        lines.push(("proxies", proxies.iter().map(text).collect::<Vec<_>>().join(", ")));
+    }
     if manifest.position_error > 0.0 {
         lines.push(("position error", format!("{:e} at most, on each axis", manifest.position_error)));
     }
