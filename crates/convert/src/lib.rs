@@ -32,7 +32,7 @@ mod top;
 
 pub use plan::Plan;
 pub use positions::Positions;
-pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, proxy};
+pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, SimplifyMethod, proxy};
 pub use raystrips_meshio::{FileStamp, ImportOptions};
 pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, ProxyReport, Stage, Unobserved};
@@ -254,8 +254,8 @@ impl Conversion<'_> {
         job: &mut Job,
     ) -> Result<(), ConvertError> {
         let wanted = wanted.filter(|_| output.piece_count() < pieces.sources.len());
-        let first_level =
-            wanted.map(|wanted| self.levels(job, None, pieces.tree.bounds()).first(pieces, wanted));
+        let levels = self.levels(job, None, pieces.tree.bounds());
+        let first_level = wanted.map(|wanted| levels.first(pieces, SimplifyMethod::Auto, wanted));
         let first_level = first_level.transpose()?;
         let shines = emitters::shining(&imported.scene);
         let context = piece::Context {

@@ -10,21 +10,27 @@
 //! simplified again, and errors remain errors against the original. The [`CostCurve`]s of pieces tell at what cost all
 //! of them together have as many triangles as are wanted.
 
+mod cells;
 pub mod closest;
 mod collapse;
 mod curve;
 mod legal;
 pub mod measure;
+mod parts;
 mod planes;
 mod quadric;
 mod queue;
+mod thin;
 mod weld;
 mod work_mesh;
 
+pub use cells::merge_in_cells;
 pub use collapse::simplify;
 pub use curve::CostCurve;
 pub use measure::{Distances, measure};
+pub use parts::Parts;
 pub use quadric::{Quadric, StoredQuadric};
+pub use thin::{Thinning, thin};
 pub use weld::weld;
 
 use glam::{DVec3, Vec3};

@@ -36,13 +36,8 @@ pub fn remove_repeated(mesh: &mut WorkMesh) {
 pub fn add_triangles(mesh: &mut WorkMesh) {
     let WorkMesh { vertices, triangles, .. } = mesh;
     for triangle in triangles.iter().filter(|t| t.vertices[0] != NONE) {
-        let corners = triangle.vertices.map(|v| vertices[v as usize].position);
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let length = normal.length();
-        if length > 0.0 {
-            let quadric = Quadric::of_plane(corners[0], normal / length, length / 6.0);
-            triangle.vertices.into_iter().for_each(|v| vertices[v as usize].quadric += quadric);
-        }
+        let quadric = Quadric::of_corner(triangle.vertices.map(|v| vertices[v as usize].position));
+        triangle.vertices.into_iter().for_each(|v| vertices[v as usize].quadric += quadric);
     }
 }
 

@@ -70,6 +70,13 @@ impl Quadric {
         Quadric { weight: area, ..Quadric::of_border(point, normal, area) }
     }
 
+    /// The plane of a triangle, standing for a third of its area: the share of a corner. Nothing if it has no area.
+    pub fn of_corner([a, b, c]: [DVec3; 3]) -> Quadric {
+        let normal = (b - a).cross(c - a);
+        let length = normal.length();
+        if length > 0.0 { Quadric::of_plane(a, normal / length, length / 6.0) } else { Quadric::default() }
+    }
+
     /// Like [`Quadric::of_plane`], for a plane that holds a border in place but is no surface.
     pub fn of_border(point: DVec3, normal: DVec3, weight: f64) -> Quadric {
         let n = normal;

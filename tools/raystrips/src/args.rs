@@ -162,6 +162,10 @@ pub struct ProxyArgs {
     #[arg(long, value_name = "N", conflicts_with = "ratio", value_parser = parse_count)]
     pub triangles: Option<u64>,
 
+    /// How to simplify.
+    #[arg(long, value_enum, default_value_t = MethodName::Auto)]
+    pub method: MethodName,
+
     /// Tell how far the surfaces are apart: mean, root of the mean square, and maximum, both ways.
     #[arg(long)]
     pub measure: bool,
@@ -177,6 +181,17 @@ pub struct ProxyArgs {
     /// Print one JSON object about the mesh.
     #[arg(long)]
     pub json: bool,
+}
+
+/// How a mesh is simplified.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MethodName {
+    /// Quadric, but stochastic where most of the model is many small parts, as foliage is.
+    Auto,
+    /// Collapse edges, those of least error first.
+    Quadric,
+    /// Leave out parts and let the others grow.
+    Stochastic,
 }
 
 /// How light is computed.

@@ -3,8 +3,7 @@
 //! As if all pieces were one: a collapse is done wherever it costs less than what is left. What that cost is, some pieces
 //! tell that are simplified to see; where the count has to be right, all of them do.
 
-use super::locks::Locks;
-use super::piece;
+use super::piece::Reading;
 use crate::distribute::Pieces;
 use crate::queue::in_order;
 use crate::{ConvertError, Observer};
@@ -42,6 +41,21 @@ impl Goal {
         let triangles = if is_last { wanted } else { before_last.max(triangles / LEVEL_FACTOR) };
         Goal { triangles, is_first, is_last }
     }
+
+    /// Which of so many pieces tell what a model is made of.
+    pub fn looks(&self, pieces: usize) -> Vec<usize> {
+        Goal { is_last: false, ..*self }.samples(pieces)
+    }
+
+    /// Which of so many pieces tell what collapses cost.
+    fn samples(&self, pieces: usize) -> Vec<usize> {
+        let least = if self.is_first { FIRST_SAMPLES } else { LATER_SAMPLES };
+        let count = match self.is_last {
+            true => pieces,
+            false => pieces.div_ceil(PIECES_PER_SAMPLE).max(least).min(pieces),
+        };
+        (0..count).map(|i| i * pieces / count).collect()
+    }
 }
 
 /// What each piece is to be simplified to.
@@ -57,7 +71,7 @@ impl Allotment {
     /// Looks at the pieces of a level with this goal. `wanted` triangles are to be left in the end.
     pub fn new(
         pieces: &Pieces,
-        locks: &Locks,
+        reading: &Reading,
         goal: Goal,
         wanted: u64,
         at_a_time: usize,
@@ -67,25 +81,22 @@ impl Allotment {
         if count == 1 {
             return Ok(Allotment::Counts(vec![goal.triangles]));
         }
-        let least = if goal.is_first { FIRST_SAMPLES } else { LATER_SAMPLES };
-        let samples =
-            if goal.is_last { count } else { count.div_ceil(PIECES_PER_SAMPLE).max(least).min(count) };
-        let sample = |i: usize| i * count / samples;
+        let samples = goal.samples(count);
         let total = pieces.triangles();
         let part = goal.triangles as f64 / total as f64;
         let work = |i: usize| {
-            let left = (pieces.sources[sample(i)].triangles as f64 * part) as u64 / BEYOND;
-            piece::curve(pieces, sample(i), locks, left as usize)
+            let left = (pieces.sources[samples[i]].triangles as f64 * part) as u64 / BEYOND;
+            reading.curve(pieces, samples[i], left as usize)
         };
         let mut curves = Vec::new();
-        in_order(0..samples, at_a_time, observer, &work, &mut |_, curve| {
+        in_order(0..samples.len(), at_a_time, observer, &work, &mut |_, curve| {
             curves.push(curve);
             Ok(())
         })?;
         if goal.is_last {
             return Ok(Allotment::Counts(CostCurve::divide(&curves, goal.triangles)));
         }
-        let sampled: u64 = (0..samples).map(|i| pieces.sources[sample(i)].triangles).sum();
+        let sampled: u64 = samples.iter().map(|&i| pieces.sources[i].triangles).sum();
         Ok(Allotment::Cost {
             max_cost: CostCurve::max_cost(&curves, (sampled as f64 * part) as u64),
             least_part: wanted as f64 / total as f64,

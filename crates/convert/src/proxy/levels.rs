@@ -7,7 +7,8 @@
 
 use super::allotment::{Allotment, Goal};
 use super::locks::Locks;
-use super::piece::{self, Simplified};
+use super::method::{Preparation, SimplifyMethod};
+use super::piece::{Reading, Simplified};
 use crate::blocks::{Blocks, lost_triangles};
 use crate::distribute::{self, Pieces};
 use crate::mesh::Welded;
@@ -50,6 +51,7 @@ pub(crate) struct Levels<'a> {
 /// How the pieces of a level are simplified.
 pub(crate) struct Level {
     locks: Locks,
+    preparation: Preparation,
     allotment: Allotment,
 }
 
@@ -57,15 +59,24 @@ impl Level {
     /// Simplifies piece `number`, with the quadrics of its vertices if it was simplified before.
     pub fn simplified(&self, mesh: Mesh, quadrics: Vec<StoredQuadric>, number: usize) -> Simplified {
         let target = self.allotment.target(number, mesh.triangles.len() as u64);
-        piece::simplified(mesh, quadrics, number, &self.locks, target)
+        let reading = Reading { locks: &self.locks, preparation: self.preparation };
+        reading.simplified(mesh, quadrics, number, target)
     }
 }
 
 impl Levels<'_> {
     /// The first level: `pieces` as they were gathered, on the way to `wanted` triangles.
-    pub fn first(&self, pieces: &Pieces, wanted: u64) -> Result<Level, ConvertError> {
+    pub fn first(&self, pieces: &Pieces, method: SimplifyMethod, wanted: u64) -> Result<Level, ConvertError> {
         let goal = Goal::of(pieces.triangles(), pieces.sources.len(), true, wanted);
-        self.level(pieces, Locks::by_boxes(pieces), goal, wanted)
+        let kept = wanted as f64 / pieces.triangles().max(1) as f64;
+        let preparation = Preparation::new(pieces, &goal.looks(pieces.sources.len()), method, kept)?;
+        let locks = match preparation {
+            Preparation { cell: Some(cell), .. } => Locks::by_larger_boxes(pieces, cell),
+            // Parts that are locked somewhere are not left out.
+            Preparation { thinning: Some(_), .. } => self.exact_locks(pieces)?,
+            _ => Locks::by_boxes(pieces),
+        };
+        self.level(pieces, locks, preparation, goal, wanted)
     }
 
     /// Simplifies `blocks` of a simplified mesh on to `wanted` triangles.
@@ -79,7 +90,7 @@ impl Levels<'_> {
             let pieces = self.regroup(&blocks, PARTS[number % PARTS.len()])?;
             let locks = if is_stuck { self.exact_locks(&pieces)? } else { Locks::by_boxes(&pieces) };
             let goal = Goal::of(pieces.triangles(), pieces.sources.len(), false, wanted);
-            let level = self.level(&pieces, locks, goal, wanted)?;
+            let level = self.level(&pieces, locks, Preparation::default(), goal, wanted)?;
             let before = blocks.triangles;
             blocks = self.simplify(&pieces, &level)?;
             is_stuck = !goal.is_last && blocks.triangles as f64 > STUCK * before as f64;
@@ -87,9 +98,18 @@ impl Levels<'_> {
         Ok(blocks)
     }
 
-    fn level(&self, pieces: &Pieces, locks: Locks, goal: Goal, wanted: u64) -> Result<Level, ConvertError> {
-        let allotment = Allotment::new(pieces, &locks, goal, wanted, self.pieces_at_a_time, self.observer)?;
-        Ok(Level { locks, allotment })
+    fn level(
+        &self,
+        pieces: &Pieces,
+        locks: Locks,
+        preparation: Preparation,
+        goal: Goal,
+        wanted: u64,
+    ) -> Result<Level, ConvertError> {
+        let reading = Reading { locks: &locks, preparation };
+        let at_a_time = self.pieces_at_a_time;
+        let allotment = Allotment::new(pieces, &reading, goal, wanted, at_a_time, self.observer)?;
+        Ok(Level { locks, preparation, allotment })
     }
 
     /// Divides what `blocks` hold into pieces by planes that have this part of the triangles on one side.

@@ -3,10 +3,12 @@
 mod allotment;
 mod levels;
 mod locks;
+mod method;
 mod packed;
 mod piece;
 
 pub(crate) use levels::{Level, Levels};
+pub use method::SimplifyMethod;
 pub use packed::PackProxies;
 pub(crate) use packed::{PackedProxy, wants_proxies};
 pub(crate) use piece::Simplified;
@@ -49,6 +51,8 @@ impl ProxySize {
 pub struct ProxyParams {
     /// How large it is to be.
     pub size: ProxySize,
+    /// How to simplify.
+    pub method: SimplifyMethod,
     /// How the model is read and gathered: what to do where files leave a choice, memory, scratch files.
     pub convert: ConvertParams,
     /// Points on each surface at which the distance to the other is measured; 0 to measure nothing.
@@ -119,7 +123,7 @@ impl Conversion<'_> {
         let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut Clock::new())?;
         let wanted = params.size.triangles(pieces.triangles());
         let levels = self.levels(job, budget.as_ref(), pieces.tree.bounds());
-        let first = levels.first(&pieces, wanted)?;
+        let first = levels.first(&pieces, params.method, wanted)?;
         let blocks = levels.reduce(levels.simplify(&pieces, &first)?, wanted)?;
         let Welded { mesh, .. } = blocks.weld()?;
         let distances = match params.measured_points {

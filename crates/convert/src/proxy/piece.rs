@@ -1,12 +1,12 @@
 //! One piece of a level: fewer triangles, as blocks for the next level.
 
 use super::locks::Locks;
+use super::method::{Preparation, to_piece};
 use crate::ConvertError;
 use crate::block::{self, Contents};
 use crate::distribute::Pieces;
 use crate::mesh::Welded;
 use glam::Vec3;
-use raystrips_geom::Aabb;
 use raystrips_simplify::{CostCurve, Piece, StoredQuadric, Target, simplify};
 use raystrips_strips::Mesh;
 
@@ -21,38 +21,37 @@ pub(crate) struct Simplified {
     pub triangles: u64,
 }
 
-/// Simplifies piece `number`. Vertices that other pieces have too stay where they are.
-pub(crate) fn simplified(
-    mesh: Mesh,
-    quadrics: Vec<StoredQuadric>,
-    number: usize,
-    locks: &Locks,
-    target: Target,
-) -> Simplified {
-    let simplified = simplify(to_piece(mesh, quadrics, number, locks), target).piece;
-    Simplified { triangles: simplified.triangles.len() as u64, bytes: blocks(&simplified) }
+/// How the pieces of a level are read and which of their vertices stay.
+pub(crate) struct Reading<'a> {
+    pub locks: &'a Locks,
+    pub preparation: Preparation,
 }
 
-/// How many triangles of piece `number` are left by the cost, down to so many.
-pub(crate) fn curve(
-    pieces: &Pieces,
-    number: usize,
-    locks: &Locks,
-    triangles: usize,
-) -> Result<CostCurve, ConvertError> {
-    let Welded { mesh, quadrics, .. } = pieces.read(number)?;
-    let piece = to_piece(mesh, quadrics, number, locks);
-    Ok(simplify(piece, Target::triangles(triangles)).curve)
-}
+impl Reading<'_> {
+    /// Simplifies piece `number`, with the quadrics of its vertices if it was simplified before. Vertices that other
+    /// pieces have too stay where they are.
+    pub fn simplified(
+        &self,
+        mesh: Mesh,
+        quadrics: Vec<StoredQuadric>,
+        number: usize,
+        target: Target,
+    ) -> Simplified {
+        let simplified = simplify(self.piece(mesh, quadrics, number), target).piece;
+        Simplified { triangles: simplified.triangles.len() as u64, bytes: blocks(&simplified) }
+    }
 
-fn to_piece(mesh: Mesh, quadrics: Vec<StoredQuadric>, number: usize, locks: &Locks) -> Piece {
-    Piece {
-        locked: locks.locked(&mesh, number),
-        origin: Aabb::of_points(mesh.positions.iter().copied()).center().as_dvec3(),
-        positions: mesh.positions,
-        triangles: mesh.triangles,
-        geometries: mesh.geometries,
-        quadrics,
+    /// How many triangles of piece `number` are left by the cost, down to so many.
+    pub fn curve(&self, pieces: &Pieces, number: usize, triangles: usize) -> Result<CostCurve, ConvertError> {
+        let Welded { mesh, quadrics, .. } = pieces.read(number)?;
+        Ok(simplify(self.piece(mesh, quadrics, number), Target::triangles(triangles)).curve)
+    }
+
+    fn piece(&self, mesh: Mesh, quadrics: Vec<StoredQuadric>, number: usize) -> Piece {
+        let mut piece = self.preparation.merge(Piece { quadrics, ..to_piece(mesh) });
+        piece.locked = self.locks.locked(&piece.positions, &piece.triangles, number);
+        self.preparation.thin(&mut piece);
+        piece
     }
 }
 

@@ -1,13 +1,13 @@
 //! `raystrips proxy`.
 
 use super::print_json;
-use crate::args::ProxyArgs;
+use crate::args::{MethodName, ProxyArgs};
 use crate::files::{check_output, write_through};
 use crate::progress::ConvertProgress;
 use crate::units::grouped;
 use crate::{interrupt, process};
 use anyhow::{Context, Result, bail};
-use raystrips_convert::{Proxy, ProxyParams, ProxySize, proxy};
+use raystrips_convert::{Proxy, ProxyParams, ProxySize, SimplifyMethod, proxy};
 use raystrips_meshio::{ExportFormat, ExportMesh, export};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -28,6 +28,11 @@ pub fn run(args: &ProxyArgs) -> Result<()> {
     let begin = Instant::now();
     let params = ProxyParams {
         size: args.triangles.map_or(ProxySize::Ratio(args.ratio), ProxySize::Triangles),
+        method: match args.method {
+            MethodName::Auto => SimplifyMethod::Auto,
+            MethodName::Quadric => SimplifyMethod::Quadric,
+            MethodName::Stochastic => SimplifyMethod::Stochastic,
+        },
         convert: args.source.params(),
         measured_points: if args.measure { MEASURED_POINTS } else { 0 },
     };
