@@ -38,6 +38,11 @@ const TASKS: &[Task] = &[
         run: table::task,
     },
     Task {
+        name: "simplify",
+        help: "simplify a model in memory with one of the kernels of table proxy: simplify KERNEL IN OUT.ply TRIANGLES",
+        run: table::proxy::kernels::task,
+    },
+    Task {
         name: "compare",
         help: "ours beside Embree on the same rays; run with --release: compare embree [--peers DIR] MODEL.ply...",
         run: compare::task,

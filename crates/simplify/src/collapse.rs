@@ -4,6 +4,7 @@ use crate::curve::CostCurve;
 use crate::legal::{Effect, Inspector};
 use crate::planes;
 use crate::queue::{Entry, Queue};
+use crate::repeated::remove_repeated;
 use crate::work_mesh::WorkMesh;
 use crate::{Piece, Quadric, Simplified, Target};
 use glam::DVec3;
@@ -75,7 +76,7 @@ struct Placed {
 impl Simplifier {
     fn of(piece: &Piece, target: Target) -> Simplifier {
         let mut mesh = WorkMesh::of(piece);
-        planes::remove_repeated(&mut mesh);
+        remove_repeated(&mut mesh);
         if piece.quadrics.is_empty() {
             planes::add_triangles(&mut mesh);
         }
@@ -194,7 +195,7 @@ fn best(sum: &Quadric, [(p, wp), (q, wq)]: [(DVec3, f64); 2]) -> DVec3 {
 }
 
 /// What the queue is ordered by: between the volume between the surfaces, which is best for the mean, and their squared
-/// distance, which is best for the maximum.
+/// distance, which is best for the maximum. Square roots are the same on all machines, other powers are not.
 fn ordering(area_error: f64, weight: f64) -> f64 {
-    if weight > 0.0 { area_error / weight.sqrt() } else { area_error }
+    if weight > 0.0 { area_error / (weight.sqrt() * weight.sqrt().sqrt()) } else { area_error }
 }

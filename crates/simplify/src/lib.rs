@@ -3,7 +3,8 @@
 //!
 //! [`simplify`] collapses edges in the order of the error that it makes (`queue`), each to the point where its
 //! [`Quadric`] is least. `work_mesh` is the mesh while it changes, `planes` the quadrics to begin with, `legal`
-//! what a collapse does to the triangles around it, `collapse` the order of things.
+//! what a collapse does to the triangles around it, `collapse` the order of things. Where edges are not what a mesh is
+//! made of, [`merge_in_cells`] and [`thin`] come first.
 //!
 //! A piece may be one of many: vertices that others have too are *locked*, and vertices come with the quadrics that
 //! stand for the surface they have replaced so far, so that pieces can be simplified, regrouped with other borders and
@@ -20,6 +21,7 @@ mod parts;
 mod planes;
 mod quadric;
 mod queue;
+mod repeated;
 mod thin;
 mod weld;
 mod work_mesh;

@@ -10,28 +10,6 @@ use crate::work_mesh::{Corner, NONE, WorkMesh};
 /// Weight of a plane that holds a border, for a squared edge. Triangles beside the edge come to about a half each.
 const BORDER_WEIGHT: f64 = 1.0;
 
-/// Removes triangles that are there twice, with the same order of corners and of the same geometry.
-pub fn remove_repeated(mesh: &mut WorkMesh) {
-    let mut star = Vec::new();
-    let mut seen: Vec<([u32; 2], u32)> = Vec::new();
-    for v in 0..mesh.vertices.len() as u32 {
-        mesh.collect_star(v, &mut star);
-        seen.clear();
-        for &corner in &star {
-            let [_, a, b] = mesh.around(corner);
-            let key = ([a, b], mesh.triangles[corner as usize >> 2].geometry);
-            if v > a || v > b {
-                continue;
-            }
-            if seen.contains(&key) {
-                mesh.remove_triangle(corner as usize >> 2);
-            } else {
-                seen.push(key);
-            }
-        }
-    }
-}
-
 /// Adds the planes of all triangles to the quadrics of their vertices.
 pub fn add_triangles(mesh: &mut WorkMesh) {
     let WorkMesh { vertices, triangles, .. } = mesh;

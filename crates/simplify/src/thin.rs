@@ -9,8 +9,8 @@
 use crate::{Parts, Piece};
 use glam::{DVec3, Vec3};
 
-/// Most by which the area of a part grows.
-const MAX_GROWTH: f64 = 8.0;
+/// Most by which the area of a part grows: leaves that grow by less let rays through that the real ones stop.
+const MAX_GROWTH: f64 = 64.0;
 
 /// How many of the small parts stay.
 #[derive(Clone, Copy, Debug)]

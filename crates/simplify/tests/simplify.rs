@@ -57,6 +57,19 @@ fn the_count_is_reached_whatever_the_mesh() {
 }
 
 #[test]
+fn a_copy_that_closes_a_fold_stays() {
+    // A double triangle on each face of a tetrahedron would be one too many; here two more triangles go along its
+    // edges the other way.
+    let mut piece = tetrahedra(1);
+    let [a, b, c] = piece.triangles[0];
+    piece.triangles.extend([[a, b, c], [c, b, a]]);
+    piece.geometries.extend([0; 2]);
+    assert_eq!(open_edges(&piece.triangles), 0);
+    assert_eq!(open_edges(&checked(&piece, usize::MAX).piece.triangles), 0);
+    assert_eq!(checked(&repeated(&sphere(8), 3), usize::MAX).piece.triangles.len(), sphere(8).triangles.len());
+}
+
+#[test]
 fn the_error_of_a_sphere_rises_as_triangles_go() {
     let piece = sphere(60);
     let mut last = (0.0, 0.0);

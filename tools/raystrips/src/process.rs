@@ -1,5 +1,6 @@
 //! What the system says of this process.
 
+use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
 /// Most memory that the process ever held, in bytes. 0 where the system does not tell.
@@ -21,6 +22,15 @@ fn status_bytes(name: &str) -> u64 {
 
 /// Processor time of this thread.
 pub fn thread_cpu_time() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time_of(ClockId::ThreadCPUTime)
+}
+
+/// Processor time of all threads.
+pub fn cpu_time() -> Duration {
+    time_of(ClockId::ProcessCPUTime)
+}
+
+fn time_of(clock: ClockId) -> Duration {
+    let time = clock_gettime(clock);
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }

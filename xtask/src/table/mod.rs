@@ -7,7 +7,7 @@ mod hierarchy;
 mod massive;
 mod memory;
 mod models;
-mod proxy;
+pub mod proxy;
 mod scratch_watch;
 mod speed;
 
@@ -31,8 +31,9 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "proxy" if !models.is_empty() => proxy::print(models)?,
         "massive" => massive::print(models)?,
         _ => bail!(
-            "usage: cargo xtask table basics|proxy MODEL...\n       \
-             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}",
+            "usage: cargo xtask table basics MODEL...\n       \
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}",
+            proxy::USAGE,
             massive::USAGE
         ),
     }

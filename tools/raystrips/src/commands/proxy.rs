@@ -66,7 +66,7 @@ fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
             "vertices": made.positions.len(),
             "input": {"triangles": made.input_triangles, "pieces": made.pieces},
             "distance": distances.unwrap_or(Value::Null),
-            "seconds": {"total": seconds},
+            "seconds": {"total": seconds, "cpu": process::cpu_time().as_secs_f64()},
             "peak_rss_bytes": process::peak_rss_bytes(),
         }));
     }
