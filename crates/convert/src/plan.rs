@@ -141,6 +141,14 @@ impl Plan {
         Ok(())
     }
 
+    /// Refuses memory in which `bytes` do not fit beside what is taken in any case.
+    pub(crate) fn check_memory(&self, bytes: u64) -> Result<(), ConvertError> {
+        if self.spare >= bytes {
+            return Ok(());
+        }
+        Err(ConvertError::TooLittleMemory { given: self.memory, least: self.memory - self.spare + bytes })
+    }
+
     /// True if nothing goes to scratch files.
     pub fn is_in_memory(&self) -> bool {
         self.scratch_bytes == 0

@@ -20,6 +20,8 @@ pub enum Stage {
     Build,
     /// Levels of simplification; counts the triangles of each.
     Simplify,
+    /// Distances between model and proxy; counts pieces.
+    Measure,
     /// What comes behind the pages; counts nothing.
     Finish,
 }
@@ -33,6 +35,7 @@ impl Stage {
             Stage::Distribute => "distribute",
             Stage::Build => "build",
             Stage::Simplify => "simplify",
+            Stage::Measure => "measure",
             Stage::Finish => "finish",
         }
     }

@@ -66,7 +66,19 @@ impl ClosestPoint {
 
     /// The triangle nearest to `point`. `guess` is any triangle's place; the nearer it is, the faster.
     pub fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
-        let mut nearest = Nearest { distance_squared: self.distance_squared(point, guess), triangle: guess };
+        self.nearer(point, Nearest { distance_squared: self.distance_squared(point, guess), triangle: guess })
+    }
+
+    /// The squared distance to the triangle nearest to `point`, or `most` if all are farther away.
+    pub fn distance_squared_within(&self, point: DVec3, most: f64) -> f64 {
+        if box_distance_squared(&self.nodes[0].bounds, point) >= most {
+            return most;
+        }
+        self.nearer(point, Nearest { distance_squared: most, triangle: 0 }).distance_squared
+    }
+
+    /// The triangle nearest to `point`, if it is nearer than what was found so far.
+    fn nearer(&self, point: DVec3, mut nearest: Nearest) -> Nearest {
         let mut stack = [(0u32, 0.0f64); 64];
         let mut height = 1;
         while height > 0 {

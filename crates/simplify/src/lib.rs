@@ -27,6 +27,7 @@ mod weld;
 mod work_mesh;
 
 pub use cells::merge_in_cells;
+pub use closest::ClosestPoint;
 pub use collapse::simplify;
 pub use curve::CostCurve;
 pub use measure::{Distances, measure};

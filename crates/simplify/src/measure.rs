@@ -1,4 +1,5 @@
-//! How far two surfaces are apart: distances of points of one to the other, both ways.
+//! How far two surfaces are apart: distances of points of one to the other, both ways. [`measure`] does that for meshes
+//! in memory; [`Surface`], [`ClosestPoint`] and [`Tally`] are what it is made of.
 //!
 //! Points are spread evenly over the area, one in each stretch of equal area, and within triangles by a sequence of low
 //! discrepancy: the same points every time.
@@ -6,6 +7,7 @@
 use crate::closest::ClosestPoint;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Distances in scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,52 +29,106 @@ const RUN: usize = 4096;
 /// # Panics
 /// If a mesh has no triangles or an index is out of range.
 pub fn measure(a: (&[Vec3], &[[u32; 3]]), b: (&[Vec3], &[[u32; 3]]), points: usize) -> Distances {
-    let sums = [(a, b), (b, a)].map(|(from, to)| one_way(from, to, points));
-    let mean_of = |i: usize| (sums[0][i] + sums[1][i]) / (2 * points.max(1)) as f64;
-    Distances { mean: mean_of(0), rms: mean_of(1).sqrt(), max: sums[0][2].max(sums[1][2]) }
+    let mut tally = Tally::default();
+    for (from, to) in [(a, b), (b, a)] {
+        let surface = Surface::of(from.0, from.1);
+        let closest = ClosestPoint::of(to.0, to.1);
+        tally.add(&distances(&closest, 0..points, |i| surface.point(i, surface.stratum(i, points))));
+    }
+    tally.distances()
 }
 
-/// Sum, sum of squares and maximum of the distances of points of `from` to `to`.
-fn one_way(from: (&[Vec3], &[[u32; 3]]), to: (&[Vec3], &[[u32; 3]]), points: usize) -> [f64; 3] {
-    let surface = Surface::of(from.0, from.1);
-    let closest = ClosestPoint::of(to.0, to.1);
+/// The distances to the nearest of some triangles of the points `range`. It does not depend on the number of threads.
+pub fn distances(
+    closest: &ClosestPoint,
+    range: Range<usize>,
+    point: impl Fn(usize) -> DVec3 + Sync,
+) -> Tally {
     let run = |run: usize| {
         let mut guess = 0;
-        let mut sums = [0.0f64; 3];
-        for i in run * RUN..points.min((run + 1) * RUN) {
-            let nearest = closest.nearest(surface.point(i, points), guess);
+        let mut tally = Tally::default();
+        let begin = range.start + run * RUN;
+        for i in begin..range.end.min(begin + RUN) {
+            let nearest = closest.nearest(point(i), guess);
             guess = nearest.triangle;
-            let distance = nearest.distance_squared.sqrt();
-            sums = [sums[0] + distance, sums[1] + nearest.distance_squared, sums[2].max(distance)];
+            tally.push(nearest.distance_squared);
         }
-        sums
+        tally
     };
     // Added in order, so that rounding does not depend on threads.
-    let runs: Vec<[f64; 3]> = (0..points.div_ceil(RUN)).into_par_iter().map(run).collect();
-    runs.into_iter().fold([0.0; 3], |a, b| [a[0] + b[0], a[1] + b[1], a[2].max(b[2])])
+    let runs: Vec<Tally> = (0..range.len().div_ceil(RUN)).into_par_iter().map(run).collect();
+    let mut tally = Tally::default();
+    runs.iter().for_each(|run| tally.add(run));
+    tally
+}
+
+/// Distances, added up.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    count: usize,
+    sum: f64,
+    sum_of_squares: f64,
+    max: f64,
+}
+
+impl Tally {
+    /// Adds a distance, given squared.
+    pub fn push(&mut self, distance_squared: f64) {
+        let distance = distance_squared.sqrt();
+        self.count += 1;
+        self.sum += distance;
+        self.sum_of_squares += distance_squared;
+        self.max = self.max.max(distance);
+    }
+
+    /// Adds all distances of another.
+    pub fn add(&mut self, other: &Tally) {
+        self.count += other.count;
+        self.sum += other.sum;
+        self.sum_of_squares += other.sum_of_squares;
+        self.max = self.max.max(other.max);
+    }
+
+    /// What they come to.
+    pub fn distances(&self) -> Distances {
+        let mean_of = |sum: f64| sum / self.count.max(1) as f64;
+        Distances { mean: mean_of(self.sum), rms: mean_of(self.sum_of_squares).sqrt(), max: self.max }
+    }
 }
 
 /// Triangles with the area up to the end of each.
-struct Surface<'a> {
+pub struct Surface<'a> {
     positions: &'a [Vec3],
     triangles: &'a [[u32; 3]],
     area_until: Vec<f64>,
 }
 
 impl<'a> Surface<'a> {
-    fn of(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Surface<'a> {
+    /// The surface of a mesh.
+    pub fn of(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Surface<'a> {
         let area_until = triangles.iter().scan(0.0, |sum, t| {
             let [a, b, c] = t.map(|v| positions[v as usize].as_dvec3());
-            *sum += (b - a).cross(c - a).length();
+            *sum += (b - a).cross(c - a).length() / 2.0;
             Some(*sum)
         });
         Surface { positions, triangles, area_until: area_until.collect() }
     }
 
-    /// Point `i` of `count`.
-    fn point(&self, i: usize, count: usize) -> DVec3 {
-        let total = self.area_until.last().copied().unwrap_or(0.0);
-        let area = (i as f64 + 0.5) / count as f64 * total;
+    /// Area in squared scene units.
+    pub fn area(&self) -> f64 {
+        self.area_until.last().copied().unwrap_or(0.0)
+    }
+
+    /// Area before point `i` of `count` that are spread evenly.
+    pub fn stratum(&self, i: usize, count: usize) -> f64 {
+        (i as f64 + 0.5) / count as f64 * self.area()
+    }
+
+    /// Point `i`, on the triangle with so much area before it.
+    ///
+    /// # Panics
+    /// If there are no triangles.
+    pub fn point(&self, i: usize, area: f64) -> DVec3 {
         let triangle = self.area_until.partition_point(|&until| until <= area).min(self.triangles.len() - 1);
         let [a, b, c] = self.triangles[triangle].map(|v| self.positions[v as usize].as_dvec3());
         let (u, v) = plastic(i);

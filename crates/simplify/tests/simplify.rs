@@ -66,7 +66,10 @@ fn a_copy_that_closes_a_fold_stays() {
     piece.geometries.extend([0; 2]);
     assert_eq!(open_edges(&piece.triangles), 0);
     assert_eq!(open_edges(&checked(&piece, usize::MAX).piece.triangles), 0);
-    assert_eq!(checked(&repeated(&sphere(8), 3), usize::MAX).piece.triangles.len(), sphere(8).triangles.len());
+    assert_eq!(
+        checked(&repeated(&sphere(8), 3), usize::MAX).piece.triangles.len(),
+        sphere(8).triangles.len()
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A mesh of fewer triangles that looks like the model from afar, whatever the size of the model.
 
 mod allotment;
+mod distances;
 mod levels;
 mod locks;
 mod method;
@@ -13,7 +14,6 @@ pub use packed::PackProxies;
 pub(crate) use packed::{PackedProxy, wants_proxies};
 pub(crate) use piece::Simplified;
 
-use crate::distribute::Pieces;
 use crate::import::Imported;
 use crate::job::{Found, Job};
 use crate::mesh::Welded;
@@ -23,8 +23,11 @@ use glam::Vec3;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
 use raystrips_geom::scene::SceneDesc;
-use raystrips_simplify::{Distances, measure};
+use raystrips_simplify::Distances;
 use std::path::{Path, PathBuf};
+
+/// Memory that a triangle of a proxy takes while all of them are made one mesh.
+const TRIANGLE_BYTES: u64 = 80;
 
 /// How large a proxy is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +60,15 @@ pub struct ProxyParams {
     pub convert: ConvertParams,
     /// Points on each surface at which the distance to the other is measured; 0 to measure nothing.
     pub measured_points: usize,
+}
+
+impl ProxyParams {
+    /// Memory for the proxy of a model of so many triangles when all of it is there, and for what is measured then.
+    fn bytes_at_the_end(&self, triangles: u64) -> u64 {
+        let points = self.measured_points as u64;
+        let measuring = if points > 0 { distances::TRIANGLE_BYTES } else { 0 };
+        self.size.triangles(triangles) * (TRIANGLE_BYTES + measuring) + points * distances::POINT_BYTES
+    }
 }
 
 /// A simplified mesh.
@@ -93,6 +105,7 @@ pub fn proxy(
     observer: &dyn Observer,
 ) -> Result<Proxy, ConvertError> {
     let plan = Plan::new(inputs, output, &params.convert)?;
+    plan.check_memory(params.bytes_at_the_end(plan.triangles))?;
     observer.planned(&plan);
     let (mut job, found) = Job::open(inputs, output, &params.convert)?;
     let conversion = Conversion { inputs, output, params: &params.convert, plan: &plan, observer };
@@ -128,7 +141,7 @@ impl Conversion<'_> {
         let Welded { mesh, .. } = blocks.weld()?;
         let distances = match params.measured_points {
             0 => None,
-            points => Some(measured(&pieces, &mesh, points)?),
+            points => Some(distances::between(&pieces, &mesh, points, self.observer)?),
         };
         let Imported { scene, warnings, bounds, .. } = imported;
         Ok(Proxy {
@@ -144,20 +157,4 @@ impl Conversion<'_> {
             warnings,
         })
     }
-}
-
-/// Distances between the model and its proxy.
-fn measured(
-    pieces: &Pieces,
-    proxy: &raystrips_strips::Mesh,
-    points: usize,
-) -> Result<Distances, ConvertError> {
-    let mut all = raystrips_strips::Mesh::default();
-    for number in 0..pieces.sources.len() {
-        let mesh = pieces.read(number)?.mesh;
-        let first = all.positions.len() as u32;
-        all.positions.extend(&mesh.positions);
-        all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
-    }
-    Ok(measure((&all.positions, &all.triangles), (&proxy.positions, &proxy.triangles), points))
 }
