@@ -32,6 +32,10 @@ enum Rule {
 /// Collapses of about the same cost that wait for memory together.
 const BATCH: usize = 32;
 
+/// Most corners of both ends of an edge that is collapsed, until no other edges are left: where triangles are no surface,
+/// or many meet in a point, one vertex could come to have all of them, and each collapse would look at them.
+const MOST_CORNERS: usize = 512;
+
 /// A rule ends when a round under it removed less than this part of what is to be removed.
 const LEAST_GAIN: f64 = 0.02;
 
@@ -48,6 +52,10 @@ pub fn simplify(piece: Piece, target: Target) -> Simplified {
     simplifier.run(Rule::Upright);
     if target.max_cost == f64::INFINITY {
         simplifier.run(Rule::Anything);
+        while simplifier.is_refused {
+            simplifier.most_corners *= 4;
+            simplifier.run(Rule::Anything);
+        }
     }
     let Simplifier { mesh, largest, curve, .. } = simplifier;
     let (piece, sources) = mesh.finish(piece);
@@ -59,6 +67,10 @@ struct Simplifier {
     inspector: Inspector,
     queue: Queue,
     target: Target,
+    /// Most corners of both ends of an edge that is collapsed.
+    most_corners: usize,
+    /// True if edges were left because of that.
+    is_refused: bool,
     /// The largest error of a collapse, squared.
     largest: f64,
     curve: CostCurve,
@@ -83,11 +95,21 @@ impl Simplifier {
         planes::add_borders(&mut mesh);
         let inspector = Inspector::new(mesh.vertices.len());
         let curve = CostCurve::beginning_with(mesh.triangle_count);
-        Simplifier { mesh, inspector, queue: Queue::new(), target, largest: 0.0, curve }
+        Simplifier {
+            mesh,
+            inspector,
+            queue: Queue::new(),
+            target,
+            most_corners: MOST_CORNERS,
+            is_refused: false,
+            largest: 0.0,
+            curve,
+        }
     }
 
     fn run(&mut self, rule: Rule) {
         loop {
+            self.is_refused = false;
             let before = self.mesh.triangle_count;
             if before <= self.target.triangles {
                 return;
@@ -124,6 +146,10 @@ impl Simplifier {
 
     fn try_collapse(&mut self, entry: Entry, rule: Rule) {
         if entry.stamp != self.mesh.stamp(entry.ends) {
+            return;
+        }
+        if self.mesh.corner_count(entry.ends) > self.most_corners {
+            self.is_refused = true;
             return;
         }
         let Some(effect) = self.inspector.inspect(&mut self.mesh, entry.ends) else { return };

@@ -40,22 +40,19 @@ pub fn remove_repeated(mesh: &mut WorkMesh) {
 fn copies(mesh: &mut WorkMesh) -> Vec<usize> {
     let mut copies = Vec::new();
     let mut star = Vec::new();
-    let mut seen: Vec<([u32; 2], u32)> = Vec::new();
+    let mut keys: Vec<([u32; 2], u32, Corner)> = Vec::new();
     for v in 0..mesh.vertices.len() as u32 {
         mesh.collect_star(v, &mut star);
-        seen.clear();
+        keys.clear();
         for &corner in &star {
             let [_, a, b] = mesh.around(corner);
-            let key = ([a, b], mesh.triangles[corner as usize >> 2].geometry);
-            if v > a || v > b {
-                continue;
-            }
-            if seen.contains(&key) {
-                copies.push(corner as usize >> 2);
-            } else {
-                seen.push(key);
+            if v < a && v < b {
+                keys.push(([a, b], mesh.triangles[corner as usize >> 2].geometry, corner));
             }
         }
+        keys.sort_unstable();
+        let again = keys.windows(2).filter(|w| (w[0].0, w[0].1) == (w[1].0, w[1].1));
+        copies.extend(again.map(|w| w[1].2 as usize >> 2));
     }
     copies
 }

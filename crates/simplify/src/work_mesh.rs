@@ -42,6 +42,9 @@ pub struct Triangle {
 /// A triangle and which of its corners: `triangle << 2 | corner`.
 pub type Corner = u32;
 
+/// Corners of a vertex that are waited for: in longer rows the processor sees what is next.
+const MOST_TOUCHED: u32 = 32;
+
 /// Most triangles of a piece.
 const MAX_TRIANGLES: usize = 1 << 28;
 
@@ -124,6 +127,11 @@ impl WorkMesh {
         self.versions[u as usize].wrapping_add(self.versions[v as usize])
     }
 
+    /// Corners of both ends of an edge, and perhaps more that are gone.
+    pub fn corner_count(&self, [u, v]: [u32; 2]) -> usize {
+        self.vertex(u).corner_count as usize + self.vertex(v).corner_count as usize
+    }
+
     /// The vertex at a corner and the two after it around the triangle.
     pub fn around(&self, corner: Corner) -> [u32; 3] {
         let [a, b, c] = self.triangles[corner as usize >> 2].vertices;
@@ -151,7 +159,10 @@ impl WorkMesh {
     /// times and not a few times for each. What it returns has no meaning, but must not be optimized away.
     pub fn touch(&self, edges: impl Iterator<Item = [u32; 2]> + Clone) -> u32 {
         let ends = edges.flatten().map(|v| self.vertex(v));
-        let row = |v: &Vertex| &self.corners[v.first_corner as usize..][..v.corner_count as usize];
+        let row = |v: &Vertex| {
+            let count = v.corner_count.min(MOST_TOUCHED) as usize;
+            &self.corners[v.first_corner as usize..][..count]
+        };
         let corners = ends.clone().flat_map(row);
         let triangles = corners.map(|&corner| &self.triangles[corner as usize >> 2]);
         let neighbors = triangles.clone().filter(|t| t.vertices[0] != NONE).flat_map(|t| t.vertices);

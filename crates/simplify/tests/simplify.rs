@@ -56,6 +56,13 @@ fn the_count_is_reached_whatever_the_mesh() {
     }
 }
 
+/// Each collapse looks at all triangles around it, so this ends only if no vertex comes to have all of them.
+#[test]
+fn many_triangles_at_a_vertex_take_no_longer() {
+    check_count(&cone(200_000), 1000);
+    check_count(&tangle(100_000, 80_000), 2000);
+}
+
 #[test]
 fn a_copy_that_closes_a_fold_stays() {
     // A double triangle on each face of a tetrahedron would be one too many; here two more triangles go along its

@@ -17,6 +17,8 @@ use raystrips_strips::Mesh;
 const LEAST_PART: f64 = 4.0;
 /// Share of the triangles that may be in parts that would vanish.
 const MOST_VANISHING: f64 = 0.5;
+/// Share of the sides of triangles that may have no other triangle, if it is a surface.
+const MOST_OPEN: f64 = 0.3;
 /// What is nearer than this share of an edge may be meant to touch.
 const GAP: f64 = 0.05;
 /// So much more of the parts is kept at first than there is to be in the end: the rest is left to edge collapses.
@@ -75,7 +77,7 @@ impl Preparation {
             let Welded { mesh, .. } = pieces.read(number)?;
             merged.add(&to_mesh(merge_in_cells(to_piece(mesh), cell)), vanishing);
         }
-        Ok(if merged.vanishing <= MOST_VANISHING * merged.triangles {
+        Ok(if merged.vanishing <= MOST_VANISHING * merged.triangles && merged.is_surface() {
             Preparation { cell: Some(cell), thinning: None }
         } else {
             Preparation { cell: None, thinning: Some(thinning(vanishing)) }
@@ -106,6 +108,8 @@ struct Look {
     vanishing: f64,
     /// Sum of the lengths of their edges.
     edges: f64,
+    /// Sides of triangles that no other triangle has.
+    open_sides: f64,
 }
 
 impl Look {
@@ -119,7 +123,20 @@ impl Look {
                 self.edges += f64::from(a.distance(b) + b.distance(c) + c.distance(a));
             }
         }
+        let mut sides: Vec<[u32; 2]> = mesh.triangles.iter().copied().flat_map(sides).collect();
+        sides.sort_unstable();
+        self.open_sides += sides.chunk_by(|a, b| a == b).filter(|sides| sides.len() == 1).count() as f64;
     }
+
+    /// True if most triangles are beside each other. Triangles that only cross each other have points in common, too,
+    /// when points that are near are one.
+    fn is_surface(&self) -> bool {
+        self.open_sides <= MOST_OPEN * 3.0 * self.triangles
+    }
+}
+
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)])
 }
 
 /// A piece without locks that has not been simplified.

@@ -99,6 +99,21 @@ pub fn fan(n: u32) -> Piece {
     piece(positions, (0..n).map(|i| [0, 1, i + 2]).collect())
 }
 
+/// A cone without a bottom: all triangles meet at the top.
+pub fn cone(n: u32) -> Piece {
+    let Piece { mut positions, triangles, .. } = fan(n);
+    positions[1] = 2.0 * Vec3::Z;
+    piece(positions, triangles.into_iter().map(|[_, top, i]| [top, i, 2 + (i - 1) % n]).collect())
+}
+
+/// Triangles that cross each other, between random points.
+pub fn tangle(triangle_count: u32, vertex_count: u32) -> Piece {
+    let mut random = random(3);
+    let positions = (0..vertex_count).map(|_| random_point(&mut random)).collect();
+    let mut vertex = || (random() * vertex_count as f32) as u32 % vertex_count;
+    piece(positions, (0..triangle_count).map(|_| [vertex(), vertex(), vertex()]).collect())
+}
+
 /// Every triangle `n` times.
 pub fn repeated(of: &Piece, n: usize) -> Piece {
     piece(of.positions.clone(), of.triangles.iter().flat_map(|&t| vec![t; n]).collect())
