@@ -24,6 +24,8 @@ pub enum Effect {
 pub struct Inspector {
     /// Corners of both ends of the edge that was looked at last.
     pub stars: [Vec<Corner>; 2],
+    /// Triangles that the collapse of that edge removes.
+    pub removed: usize,
     /// The epoch in which a vertex was last found to be a neighbor.
     marks: Vec<u32>,
     epoch: u32,
@@ -33,7 +35,7 @@ pub struct Inspector {
 
 impl Inspector {
     pub fn new(vertex_count: usize) -> Inspector {
-        Inspector { stars: Default::default(), marks: vec![0; vertex_count], epoch: 0, pairs: Vec::new() }
+        Inspector { stars: Default::default(), removed: 0, marks: vec![0; vertex_count], epoch: 0, pairs: Vec::new() }
     }
 
     fn next_epoch(&mut self) -> u32 {
@@ -69,6 +71,7 @@ impl Inspector {
             return None;
         }
         self.find_pairs(mesh, [u, v]);
+        self.removed = at_edge + 2 * self.pairs.len();
         let is_all_gone = self.stars.iter().all(|star| star.len() == at_edge + self.pairs.len());
         Some(if is_all_gone { Effect::Vanishes } else { Effect::Moves })
     }
