@@ -114,3 +114,25 @@ fn verify_tells_by_its_exit_status() {
     assert_eq!(bad.code, Some(1));
     bad.failed(&["page 2"]);
 }
+
+#[test]
+fn damage_in_a_proxy_is_found() {
+    let folder = Folder::new();
+    folder.write("ring.ply", Mesh::ring(300).ply());
+    folder.run("convert ring.ply -o good.rsp --proxy-ratio 0.2").done();
+    let good = folder.read("good.rsp");
+    let footer = good.len() - 32;
+    let (table, count) = (number(&good, footer, 8), number(&good, footer + 8, 4));
+    let sections = (0..count)
+        .map(|i| [0, 8, 16].map(|at| number(&good, table + 24 * i + at, if at == 0 { 4 } else { 8 })));
+    let proxies: Vec<_> = sections.filter(|[kind, ..]| matches!(kind, 8 | 9)).collect();
+    assert_eq!(proxies.len(), 2);
+    for [_, offset, bytes] in proxies {
+        for at in [0, bytes / 3, bytes - 1] {
+            let mut bad = good.clone();
+            bad[offset + at] ^= 4;
+            folder.write("bad.rsp", &bad);
+            folder.run("verify bad.rsp").failed(&["bad.rsp", "proxy"]);
+        }
+    }
+}

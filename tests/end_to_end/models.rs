@@ -1,6 +1,7 @@
 //! Small models, written in each format by hand.
 
 use serde_json::{Value, json};
+use std::collections::HashMap;
 use std::fmt::Write;
 
 /// The file `paints.mtl` of [`Mesh::obj`].
@@ -59,6 +60,74 @@ impl Mesh {
             // What the f32 of a file can hold.
             [x, y, height(x, y)].map(|c| f64::from(c as f32))
         })
+    }
+
+    /// A closed, bumpy ring of `side` x `side` squares.
+    pub fn ring(side: u32) -> Mesh {
+        let place = |k: u32| {
+            let angle = |i: u32| f64::from(i) / f64::from(side) * std::f64::consts::TAU;
+            let (a, b) = (angle(k % side), angle(k / side));
+            let thick = 0.4 + 0.02 * (9.0 * a).sin() * (7.0 * b).sin();
+            let out = 1.0 + thick * b.cos();
+            [out * a.cos(), out * a.sin(), thick * b.sin()].map(|c| f64::from(c as f32))
+        };
+        let vertex = |i: u32, j: u32| j % side * side + i % side;
+        let square = |k: u32| {
+            let (i, j) = (k % side, k / side);
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        Mesh {
+            vertices: (0..side * side).map(place).collect(),
+            triangles: (0..side * side).flat_map(square).collect(),
+        }
+    }
+
+    /// The triangles of an OBJ as the program writes it. Equal places are one vertex.
+    pub fn of_obj(text: &str) -> Mesh {
+        let mut numbers = HashMap::new();
+        let mut mesh = Mesh::default();
+        let mut vertices = Vec::new();
+        for line in text.lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match words[..] {
+                ["v", x, y, z] => {
+                    let next = mesh.vertices.len() as u32;
+                    let number = *numbers.entry([x, y, z]).or_insert(next);
+                    if number == next {
+                        mesh.vertices.push([x, y, z].map(|c| c.parse().unwrap()));
+                    }
+                    vertices.push(number);
+                }
+                ["f", a, b, c] => {
+                    mesh.triangles.push([a, b, c].map(|v| vertices[v.parse::<usize>().unwrap() - 1]));
+                }
+                _ => {}
+            }
+        }
+        mesh
+    }
+
+    /// Edges of one triangle.
+    pub fn open_edges(&self) -> usize {
+        let mut counts = HashMap::new();
+        for [a, b, c] in &self.triangles {
+            for [p, q] in [[a, b], [b, c], [c, a]] {
+                *counts.entry([p.min(q), p.max(q)]).or_insert(0) += 1;
+            }
+        }
+        counts.values().filter(|count| **count == 1).count()
+    }
+
+    /// Area of all triangles.
+    pub fn area(&self) -> f64 {
+        let area = |i: usize| {
+            let [a, b, c] = self.corners(i);
+            let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
+            let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            0.5 * cross.iter().map(|c| c * c).sum::<f64>().sqrt()
+        };
+        (0..self.triangles.len()).map(area).sum()
     }
 
     /// Small triangles anywhere in a cube, which share nothing.

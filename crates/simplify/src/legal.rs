@@ -35,7 +35,13 @@ pub struct Inspector {
 
 impl Inspector {
     pub fn new(vertex_count: usize) -> Inspector {
-        Inspector { stars: Default::default(), removed: 0, marks: vec![0; vertex_count], epoch: 0, pairs: Vec::new() }
+        Inspector {
+            stars: Default::default(),
+            removed: 0,
+            marks: vec![0; vertex_count],
+            epoch: 0,
+            pairs: Vec::new(),
+        }
     }
 
     fn next_epoch(&mut self) -> u32 {
