@@ -50,15 +50,15 @@ pub(crate) fn build(
     finished: &(dyn Fn(usize) + Sync),
 ) -> Result<BuiltPiece, ConvertError> {
     let Welded { mesh, ids, .. } = context.pieces.read(number)?;
-    let simplify = |level: &Level| level.simplified(mesh.clone(), Vec::new(), number);
-    let simplified = context.first_level.map(simplify).unwrap_or_default();
     let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(&context.boxes, number));
     let emitters = emitters(context.shines, &mesh);
     let built = raystrips_strips::build(&mesh, &context.params.strips, finished);
     let ids = if context.id_bytes > 0 { encode_ids(&built, &ids, context.id_bytes) } else { Vec::new() };
     let own_vertices = (mesh.positions.len() - shared_vertices.len()) as u64;
-    drop(mesh);
     let assembled = assemble(&built, context.params.page_size as usize, first_triangle)
         .map_err(ConvertError::write(context.output))?;
+    drop(built);
+    let simplify = |level: &Level| level.simplified(mesh, Vec::new(), number);
+    let simplified = context.first_level.map(simplify).unwrap_or_default();
     Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices, simplified })
 }

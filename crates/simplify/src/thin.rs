@@ -49,6 +49,25 @@ pub fn thin(piece: &mut Piece, thinning: Thinning) {
     let stay: Vec<bool> = piece.triangles.iter().map(|_| stays()).collect();
     retain(&mut piece.triangles, &stay);
     retain(&mut piece.geometries, &stay);
+    remove_unused(piece);
+}
+
+/// Removes vertices that no triangle has, except locked ones.
+fn remove_unused(piece: &mut Piece) {
+    let mut used = piece.locked.clone();
+    used.resize(piece.positions.len(), false);
+    piece.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let mut numbers = vec![0; used.len()];
+    let mut count = 0;
+    for (number, _) in numbers.iter_mut().zip(&used).filter(|(_, used)| **used) {
+        *number = count;
+        count += 1;
+    }
+    piece.triangles.iter_mut().flatten().for_each(|v| *v = numbers[*v as usize]);
+    retain(&mut piece.positions, &used);
+    retain(&mut piece.quadrics, &used);
+    retain(&mut piece.locked, &used);
+    piece.positions.shrink_to_fit();
 }
 
 /// For each part whether it is small and not locked anywhere.
