@@ -27,8 +27,9 @@ const LEAST_TRIANGLES: u64 = PIECE_TRIANGLES / 16;
 pub(crate) enum Division {
     /// By the surface area heuristic: pieces are the top of the hierarchy.
     SurfaceArea,
-    /// So that this part of the triangles is on one side of every plane: other parts move all planes.
-    Quantiles(f64),
+    /// So that this `part` of the triangles is on one side of every plane: other parts move all planes. Pieces have `most`
+    /// triangles at most.
+    Quantiles { part: f64, most: u64 },
 }
 
 /// What a look at all triangles tells.
@@ -90,12 +91,16 @@ pub(crate) fn partition(
     division: Division,
     observer: &dyn Observer,
 ) -> Result<Option<Partition>, ConvertError> {
-    let grid = match division {
-        _ if blocks.triangles <= PIECE_TRIANGLES => KeyGrid::single(),
-        Division::SurfaceArea => KeyGrid::new(bounds),
-        Division::Quantiles(_) => KeyGrid::for_all(bounds),
+    let most = match division {
+        Division::SurfaceArea => PIECE_TRIANGLES,
+        Division::Quantiles { most, .. } => most,
     };
-    let mut cells = Cells::new(blocks.triangles, PIECE_TRIANGLES);
+    let grid = match division {
+        _ if blocks.triangles <= most => KeyGrid::single(),
+        Division::SurfaceArea => KeyGrid::new(bounds),
+        Division::Quantiles { .. } => KeyGrid::for_all(bounds),
+    };
+    let mut cells = Cells::new(blocks.triangles, most);
     let census = loop {
         let mut tallies = cells.tallies();
         let mut census = Census::default();
@@ -115,7 +120,7 @@ pub(crate) fn partition(
     }
     let (tree, leaf_of_cell) = match division {
         Division::SurfaceArea => by_surface_area(&leaf_cells),
-        Division::Quantiles(part) => by_quantiles(&leaf_cells, part),
+        Division::Quantiles { part, most } => by_quantiles(&leaf_cells, part, most),
     };
     Ok(Some(Partition { grid, cells, leaf_of_cell, tree, census }))
 }
@@ -205,22 +210,29 @@ fn by_surface_area(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
 }
 
 /// The same for pieces that are not in the hierarchy of a pack.
-fn by_quantiles(cells: &[LeafCell], part: f64) -> (Bvh, Vec<u32>) {
+fn by_quantiles(cells: &[LeafCell], part: f64, most: u64) -> (Bvh, Vec<u32>) {
     let mut leaf_of_cell = vec![0; cells.len()];
     let mut members: Vec<u32> = (0..cells.len() as u32).collect();
     let mut next = 0;
-    let tree = quantiles(cells, part, &mut members, &mut |leaf| {
+    let mut leaf = |leaf: &[u32]| {
         leaf.iter().for_each(|&cell| leaf_of_cell[cell as usize] = next);
         next += 1;
-    });
+    };
+    let tree = quantiles(cells, part, most, &mut members, &mut leaf);
     (tree.number_leaves(), leaf_of_cell)
 }
 
 /// Divides `members` of `cells` along the longest axis of their centers, again and again.
-fn quantiles(cells: &[LeafCell], part: f64, members: &mut [u32], leaf: &mut dyn FnMut(&[u32])) -> Bvh {
+fn quantiles(
+    cells: &[LeafCell],
+    part: f64,
+    most: u64,
+    members: &mut [u32],
+    leaf: &mut dyn FnMut(&[u32]),
+) -> Bvh {
     let tally = |i: u32| &cells[i as usize].tally;
     let total: u64 = members.iter().map(|&i| tally(i).count).sum();
-    if total <= PIECE_TRIANGLES || members.len() == 1 {
+    if total <= most || members.len() == 1 {
         leaf(members);
         let bounds = members.iter().fold(Aabb::EMPTY, |all, &i| all.union(tally(i).bounds));
         return Bvh::Leaf { bounds, items: 0..1 };
@@ -236,7 +248,7 @@ fn quantiles(cells: &[LeafCell], part: f64, members: &mut [u32], leaf: &mut dyn 
     };
     let count = members.iter().copied().take_while(is_first).count().clamp(1, members.len() - 1);
     let (first, second) = members.split_at_mut(count);
-    let children = [quantiles(cells, part, first, leaf), quantiles(cells, part, second, leaf)];
+    let children = [first, second].map(|members| quantiles(cells, part, most, members, leaf));
     Bvh::Inner { bounds: children[0].bounds().union(children[1].bounds()), children: Box::new(children) }
 }
 

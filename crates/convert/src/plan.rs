@@ -16,7 +16,7 @@ const BASE_BYTES: u64 = 60 << 20;
 const THREAD_BYTES: u64 = 6 << 20;
 /// Memory in which a piece is built, a triangle and a vertex: the more vertices, the shorter and more the strips.
 const BUILD_TRIANGLE_BYTES: u64 = 160;
-const BUILD_VERTEX_BYTES: u64 = 200;
+const BUILD_VERTEX_BYTES: u64 = 220;
 /// Memory for each thread that works on batches, while there are no pieces yet.
 const BATCH_BYTES: u64 = 12 << 20;
 /// Scratch bytes of a triangle: its corners, and its share of a batch's head.

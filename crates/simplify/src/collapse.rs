@@ -36,6 +36,9 @@ const BATCH: usize = 32;
 /// or many meet in a point, one vertex could come to have all of them, and each collapse would look at them.
 const MOST_CORNERS: usize = 512;
 
+/// The queue may have so many times the entries that it would have without outdated ones.
+const MOST_OUTDATED: usize = 2;
+
 /// A rule ends when a round under it removed less than this part of what is to be removed.
 const LEAST_GAIN: f64 = 0.02;
 
@@ -71,6 +74,8 @@ struct Simplifier {
     most_corners: usize,
     /// True if edges were left because of that.
     is_refused: bool,
+    /// From so many entries on the queue gets rid of those that are outdated.
+    most_waiting: usize,
     /// The largest error of a collapse, squared.
     largest: f64,
     curve: CostCurve,
@@ -102,6 +107,7 @@ impl Simplifier {
             target,
             most_corners: MOST_CORNERS,
             is_refused: false,
+            most_waiting: 0,
             largest: 0.0,
             curve,
         }
@@ -126,6 +132,7 @@ impl Simplifier {
     fn round(&mut self, rule: Rule) {
         let Simplifier { mesh, queue, target, .. } = self;
         planes::for_each_edge(mesh, &mut |mesh, edge, _| push(mesh, queue, target, edge));
+        self.most_waiting = MOST_OUTDATED * self.queue.len();
         let mut batch = Vec::with_capacity(BATCH);
         loop {
             let mesh = &self.mesh;
@@ -196,6 +203,11 @@ impl Simplifier {
         let Simplifier { queue, target, .. } = self;
         let mut push = |mesh: &WorkMesh, w: u32| push(mesh, queue, target, [kept, w]);
         self.inspector.for_each_neighbor(&mut self.mesh, kept, &mut push);
+        if self.queue.len() > self.most_waiting {
+            let mesh = &self.mesh;
+            self.queue.retain(|entry| entry.stamp == mesh.stamp(entry.ends));
+            self.most_waiting = MOST_OUTDATED * self.queue.len();
+        }
     }
 }
 

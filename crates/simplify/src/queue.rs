@@ -29,6 +29,8 @@ pub struct Queue {
     buckets: Vec<Bucket>,
     /// No bucket below has entries.
     lowest: usize,
+    /// Entries that have not been taken.
+    length: usize,
 }
 
 impl Queue {
@@ -36,7 +38,7 @@ impl Queue {
     pub fn new() -> Queue {
         let mut buckets = Vec::new();
         buckets.resize_with(CLASSES, Bucket::default);
-        Queue { buckets, lowest: CLASSES }
+        Queue { buckets, lowest: CLASSES, length: 0 }
     }
 
     /// Adds a collapse of a cost that is not negative.
@@ -44,6 +46,24 @@ impl Queue {
         let bucket = class(cost);
         self.buckets[bucket].entries.push(entry);
         self.lowest = self.lowest.min(bucket);
+        self.length += 1;
+    }
+
+    /// Entries in it.
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
+    /// Keeps only what is `wanted`.
+    pub fn retain(&mut self, wanted: impl Fn(&Entry) -> bool) {
+        self.length = 0;
+        for bucket in &mut self.buckets {
+            bucket.entries.drain(..bucket.taken);
+            bucket.taken = 0;
+            bucket.entries.retain(&wanted);
+            bucket.entries.shrink_to_fit();
+            self.length += bucket.entries.len();
+        }
     }
 
     /// Takes up to `count` of about the least cost that are `wanted` into `batch`, which is empty when there are none.
@@ -53,6 +73,7 @@ impl Queue {
             while batch.len() < count && bucket.taken < bucket.entries.len() {
                 batch.extend(Some(bucket.entries[bucket.taken]).filter(&wanted));
                 bucket.taken += 1;
+                self.length -= 1;
             }
             if !batch.is_empty() {
                 return;

@@ -58,11 +58,8 @@ fn remove_unused(piece: &mut Piece) {
     used.resize(piece.positions.len(), false);
     piece.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
     let mut numbers = vec![0; used.len()];
-    let mut count = 0;
-    for (number, _) in numbers.iter_mut().zip(&used).filter(|(_, used)| **used) {
-        *number = count;
-        count += 1;
-    }
+    let is_used = |&v: &usize| used[v];
+    (0..used.len()).filter(is_used).zip(0..).for_each(|(v, number)| numbers[v] = number);
     piece.triangles.iter_mut().flatten().for_each(|v| *v = numbers[*v as usize]);
     retain(&mut piece.positions, &used);
     retain(&mut piece.quadrics, &used);

@@ -45,6 +45,10 @@ pub type Corner = u32;
 /// Corners of a vertex that are waited for: in longer rows the processor sees what is next.
 const MOST_TOUCHED: u32 = 32;
 
+/// Room for rows of corners, as a multiple of what they take in the beginning: when it is full, rows that are no longer
+/// used go.
+const ROWS_SPACE: usize = 3;
+
 /// Most triangles of a piece.
 const MAX_TRIANGLES: usize = 1 << 28;
 
@@ -57,6 +61,11 @@ pub struct WorkMesh {
     corners: Vec<Corner>,
     /// Triangles that are not gone.
     pub triangle_count: usize,
+}
+
+/// Triangles that are not gone, with their numbers.
+fn there(triangles: &[Triangle]) -> impl Iterator<Item = (usize, &Triangle)> {
+    triangles.iter().enumerate().filter(|(_, triangle)| triangle.vertices[0] != NONE)
 }
 
 impl WorkMesh {
@@ -83,16 +92,17 @@ impl WorkMesh {
             vertices: (0..piece.positions.len()).map(vertex).collect(),
             versions: vec![0; piece.positions.len()],
             triangle_count: triangles.len(),
-            corners: vec![0; 3 * triangles.len()],
+            corners: Vec::with_capacity(ROWS_SPACE * 3 * triangles.len()),
             triangles,
         };
+        mesh.corners.resize(3 * mesh.triangles.len(), 0);
         mesh.list_corners();
         mesh
     }
 
     /// Makes the rows of corners.
     fn list_corners(&mut self) {
-        for v in self.triangles.iter().flat_map(|triangle| triangle.vertices) {
+        for v in there(&self.triangles).flat_map(|(_, triangle)| triangle.vertices) {
             self.vertices[v as usize].corner_count += 1;
         }
         let mut end = 0;
@@ -100,7 +110,7 @@ impl WorkMesh {
             vertex.first_corner = end;
             end += std::mem::take(&mut vertex.corner_count);
         }
-        for (i, triangle) in self.triangles.iter().enumerate() {
+        for (i, triangle) in there(&self.triangles) {
             for (k, v) in triangle.vertices.into_iter().enumerate() {
                 let vertex = &mut self.vertices[v as usize];
                 self.corners[(vertex.first_corner + vertex.corner_count) as usize] = (i << 2 | k) as Corner;
@@ -210,12 +220,22 @@ impl WorkMesh {
 
     /// Writes what is left of both stars as a row, and tells its place and length.
     fn add_row(&mut self, stars: &[Vec<Corner>; 2]) -> (u32, u32) {
+        if self.corners.len() + stars[0].len() + stars[1].len() > self.corners.capacity() {
+            self.remove_unused_rows();
+        }
         let WorkMesh { corners, triangles, .. } = self;
         let first = corners.len();
         let is_there = |corner: &Corner| triangles[*corner as usize >> 2].vertices[0] != NONE;
         corners.extend(stars.iter().flatten().copied().filter(is_there));
-        assert!(corners.len() <= u32::MAX as usize, "a piece is too large");
         (first as u32, (corners.len() - first) as u32)
+    }
+
+    /// Writes all rows anew.
+    fn remove_unused_rows(&mut self) {
+        self.corners.clear();
+        self.corners.resize(3 * self.triangle_count, 0);
+        self.vertices.iter_mut().for_each(|vertex| vertex.corner_count = 0);
+        self.list_corners();
     }
 
     /// The mesh as a piece again, and for each vertex the one of `piece`, of which it was made.

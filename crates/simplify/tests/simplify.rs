@@ -60,7 +60,9 @@ fn the_count_is_reached_whatever_the_mesh() {
 #[test]
 fn many_triangles_at_a_vertex_take_no_longer() {
     check_count(&cone(200_000), 1000);
-    check_count(&tangle(100_000, 80_000), 2000);
+    // Here a collapse removes a hundred triangles.
+    let left = checked(&tangle(100_000, 80_000), 2000).piece.triangles.len();
+    assert!((1800..=2200).contains(&left), "{left}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::piece::{Reading, Simplified};
 use crate::blocks::{Blocks, lost_triangles};
 use crate::distribute::{self, Pieces};
 use crate::mesh::Welded;
-use crate::partition::{self, Division};
+use crate::partition::{self, Division, PIECE_TRIANGLES};
 use crate::positions::ToPack;
 use crate::queue::in_order;
 use crate::{ConvertError, Observer, Stage};
@@ -29,6 +29,9 @@ const PARTS: [f64; 3] = [0.4, 0.53, 0.62];
 const STUCK: f64 = 0.85;
 /// The count may be missed by this part of it.
 const TOLERANCE: f64 = 0.005;
+/// Bytes of a triangle of a simplified mesh that take no more memory than a piece may: where triangles share few
+/// vertices, pieces have fewer triangles.
+const USUAL_BYTES: u64 = 75;
 /// Levels after which the count is left as it is: more than 2^64 triangles need.
 const MOST_LEVELS: usize = 40;
 
@@ -116,7 +119,9 @@ impl Levels<'_> {
     fn regroup(&self, blocks: &Blocks, part: f64) -> Result<Pieces, ConvertError> {
         let to_pack = ToPack::identity();
         let quiet = self.quiet();
-        let division = Division::Quantiles(part);
+        let bytes = blocks.spool.length() / blocks.triangles.max(1);
+        let most = (PIECE_TRIANGLES * USUAL_BYTES / bytes.max(1)).min(PIECE_TRIANGLES);
+        let division = Division::Quantiles { part, most };
         let partition = partition::partition(blocks, self.bounds, &to_pack, division, &quiet)?;
         let partition = partition.ok_or_else(|| ConvertError::Scratch(lost_triangles()))?;
         let spool = Spool::unnamed(self.folder, self.budget);
