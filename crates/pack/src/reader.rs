@@ -58,6 +58,15 @@ impl Pack {
         Ok(pack)
     }
 
+    /// Bytes of memory that the resident part takes, at about.
+    pub fn resident_bytes(&self) -> u64 {
+        (size_of_val(&self.directory[..])
+            + size_of_val(&self.top_nodes[..])
+            + size_of_val(&self.top_entries[..])
+            + 2 * size_of_val(&self.emitters[..])
+            + size_of_val(&self.geometry_bounds[..])) as u64
+    }
+
     /// Where the pack of a proxy is in the file: offset and length. `None` if there is none of the kind.
     pub fn proxy(&self, kind: ProxyKind) -> Option<(u64, u64)> {
         self.proxies[kind as usize].map(|entry| (entry.offset, entry.bytes))

@@ -1,10 +1,14 @@
 //! Which pages of a pack are in memory.
 //!
-//! For now all of them are: the file is read, or mapped where it would take most of the memory that is left, and
-//! every page is checked when the pack is opened, so that tracing cannot fail. A truncation of the file while it
-//! is mapped ends the process; the writer replaces packs by renaming, never in place.
+//! In a [`PageTable`] all of them are: the file is read, or mapped where it would take most of the memory that is left,
+//! and every page is checked when the pack is opened, so that tracing cannot fail. A truncation of the file while it
+//! is mapped ends the process; the writer replaces packs by renaming, never in place. In a [`PagePool`] some of them
+//! are, read and checked when somebody asks for them.
 
 mod file_bytes;
+mod pool;
+
+pub use pool::{PagePool, PoolCounts, Visit};
 
 use file_bytes::FileBytes;
 use rayon::prelude::*;

@@ -9,6 +9,9 @@ use glam::Vec3;
 /// Largest value of a channel of a contribution, in units of radiance; larger ones are cut and counted.
 pub const MAX_CONTRIBUTION: f32 = 65536.0;
 
+/// Memory of a pixel from the beginning to the end, the writing of its picture included.
+pub const PIXEL_BYTES: u64 = 144;
+
 /// Units of the fixed point numbers in 1.
 const SCALE: f64 = (1u32 << 24) as f64;
 

@@ -6,6 +6,7 @@
 
 mod camera;
 mod color;
+mod deposits;
 mod film;
 mod image;
 mod integrator;
@@ -14,6 +15,7 @@ mod lights;
 mod material;
 mod offset;
 mod params;
+mod queued;
 mod render;
 mod sampler;
 mod sampling;
@@ -27,10 +29,11 @@ mod wave;
 mod world;
 
 pub use camera::frame_bounds;
-pub use film::{Film, MAX_CONTRIBUTION};
+pub use film::{Film, MAX_CONTRIBUTION, PIXEL_BYTES};
 pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
+pub use queued::{QUEUED_THREAD_BYTES, render_queued};
 pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, render};
 pub use sampler::sample;
-pub use traced::TracedWorld;
+pub use traced::{PagedWorld, TracedWorld};
 pub use world::{Emitter, Surface, World};

@@ -123,4 +123,7 @@ pub enum RenderError {
     /// The system gave no threads.
     #[error("cannot start the render threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// A page cannot be read or is damaged.
+    #[error(transparent)]
+    Page(#[from] raystrips_tracer::OpenError),
 }

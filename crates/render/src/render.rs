@@ -9,8 +9,9 @@ use crate::{
     params::{Integrator, RenderError, RenderParams},
     sky::lighting,
     wave::{Tile, Wave, WaveContext},
-    world::World,
+    world::{Emitter, World},
 };
+use raystrips_geom::{Aabb, scene::SceneDesc};
 use std::{
     sync::{
         Mutex,
@@ -52,16 +53,19 @@ pub struct StageSeconds {
     pub trace: f64,
     /// Shading and adding up, summed over threads.
     pub shade: f64,
+    /// Waiting for pages, summed over threads.
+    pub wait: f64,
 }
 
 impl RenderStats {
-    fn add(&mut self, other: &RenderStats) {
+    pub(crate) fn add(&mut self, other: &RenderStats) {
         self.primary += other.primary;
         self.shadow += other.shadow;
         self.secondary += other.secondary;
         self.seconds.generate += other.seconds.generate;
         self.seconds.trace += other.seconds.trace;
         self.seconds.shade += other.seconds.shade;
+        self.seconds.wait += other.seconds.wait;
     }
 }
 
@@ -85,24 +89,52 @@ pub fn render(
     params: &RenderParams,
     progress: &(dyn Fn(RenderProgress) + Sync),
 ) -> Result<RenderOutput, RenderError> {
-    params.validate()?;
-    let description = world.description();
-    let materials = Materials::new(description);
-    let (lights, sky) = lighting(description, params.default_light);
-    let run = |shader: &dyn Shader| {
+    let setting =
+        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
+    setting.run(params, |shader, materials| {
         let tiles = Tile::cover(params.width, params.height);
-        render_tiles(world, params, &materials, shader, &tiles, progress)
-    };
-    match params.integrator {
-        Integrator::Path => run(&PathTracer::new(
-            AreaLights::new(world.emitters(), &materials),
-            PunctualLights::new(&lights),
-            sky,
-            params.max_bounces,
-        )),
-        Integrator::Ao => run(&AmbientOcclusion::new(&world.bounds())),
-        Integrator::Normal => run(&Normals),
+        render_tiles(world, params, materials, shader, &tiles, progress)
+    })
+}
+
+/// What shading needs of a world.
+pub(crate) struct Setting<'a> {
+    pub description: &'a SceneDesc,
+    pub bounds: Aabb,
+    pub emitters: &'a [Emitter],
+}
+
+impl Setting<'_> {
+    /// Calls `with` with what the parameters ask for.
+    pub fn run(
+        &self,
+        params: &RenderParams,
+        with: impl FnOnce(&dyn Shader, &Materials) -> Result<RenderOutput, RenderError>,
+    ) -> Result<RenderOutput, RenderError> {
+        params.validate()?;
+        let materials = Materials::new(self.description);
+        let (lights, sky) = lighting(self.description, params.default_light);
+        match params.integrator {
+            Integrator::Path => {
+                let area_lights = AreaLights::new(self.emitters, &materials);
+                let lights = PunctualLights::new(&lights);
+                with(&PathTracer::new(area_lights, lights, sky, params.max_bounces), &materials)
+            }
+            Integrator::Ao => with(&AmbientOcclusion::new(&self.bounds), &materials),
+            Integrator::Normal => with(&Normals, &materials),
+        }
     }
+}
+
+/// Rays of the camera that was asked for, else of the first one of the scene, else of one that sees all of it.
+pub(crate) fn camera_rays(
+    params: &RenderParams,
+    description: &SceneDesc,
+    bounds: &Aabb,
+) -> Result<CameraRays, RenderError> {
+    let camera = params.camera.as_ref().or(description.cameras.first()).cloned();
+    let camera = camera.unwrap_or_else(|| frame_bounds(bounds, params.aspect()));
+    CameraRays::new(&camera, params.aspect())
 }
 
 /// Renders the tiles; threads take them in the order given.
@@ -115,9 +147,7 @@ pub(crate) fn render_tiles(
     progress: &(dyn Fn(RenderProgress) + Sync),
 ) -> Result<RenderOutput, RenderError> {
     let start = Instant::now();
-    let camera = params.camera.as_ref().or(world.description().cameras.first()).cloned();
-    let camera = camera.unwrap_or_else(|| frame_bounds(&world.bounds(), params.aspect()));
-    let camera = CameraRays::new(&camera, params.aspect())?;
+    let camera = camera_rays(params, world.description(), &world.bounds())?;
     let context = WaveContext { world, params, camera: &camera, materials, shader };
 
     let samples_total = u64::from(params.width) * u64::from(params.height) * u64::from(params.spp);

@@ -5,6 +5,7 @@
 
 use crate::{
     camera::CameraRays,
+    deposits::Deposits,
     film::Film,
     integrator::Shader,
     interaction::SurfaceInteraction,
@@ -44,6 +45,7 @@ impl Tile {
 }
 
 /// A path on its way.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Path {
     /// Pixel of the tile's film.
     pub pixel: u32,
@@ -82,35 +84,34 @@ impl<T> RayQueue<T> {
 }
 
 /// Light that reaches a pixel unless a shadow ray finds something.
-#[derive(Default)]
-struct PendingLight {
-    pixel: u32,
-    contribution: Vec3,
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PendingLight {
+    pub pixel: u32,
+    pub contribution: Vec3,
 }
 
 /// Where shading leaves its results.
 pub(crate) struct ShadeOutput<'a> {
-    film: &'a mut Film,
-    shadow: &'a mut RayQueue<PendingLight>,
+    pub deposits: &'a mut Deposits,
+    pub shadow: &'a mut dyn FnMut(Ray, PendingLight),
 }
 
 impl ShadeOutput<'_> {
     /// Adds light to the path's pixel.
     pub fn add(&mut self, path: &Path, light: Vec3) {
-        self.film.add(path.pixel as usize, light);
+        self.deposits.add(path.pixel, light);
     }
 
     /// Adds light to the path's pixel once `ray` has been found free.
     pub fn add_unless_occluded(&mut self, path: &Path, ray: Ray, contribution: Vec3) {
         if contribution != Vec3::ZERO {
-            self.shadow.push(ray, PendingLight { pixel: path.pixel, contribution });
+            (self.shadow)(ray, PendingLight { pixel: path.pixel, contribution });
         }
     }
 
     /// Records the first surface of the path.
     pub fn add_first_hit(&mut self, path: &Path, hit: &SurfaceInteraction) {
-        let depth = path.distance + hit.distance;
-        self.film.add_first_hit(path.pixel as usize, depth, hit.material.albedo, hit.n);
+        self.deposits.add_first_hit(path, hit);
     }
 }
 
@@ -134,6 +135,7 @@ pub(crate) struct Wave {
     surfaces: Vec<Surface>,
     shadow: RayQueue<PendingLight>,
     occluded: Vec<bool>,
+    deposits: Deposits,
     stats: RenderStats,
 }
 
@@ -166,19 +168,10 @@ impl Wave {
         for sample in samples {
             let (pixel, sample_index) = ((sample / spp) as u32, (sample % spp) as u32);
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
-            let sampler = PathSampler::new([x, y], sample_index, context.params.seed);
             film.begin_sample(pixel as usize);
-            self.current.push(camera_ray(context, x, y, &sampler), self.paths.len() as u32);
-            self.paths.push(Path {
-                pixel,
-                sampler,
-                throughput: Vec3::ONE,
-                scatter_pdf: None,
-                segment: 0,
-                bounces: 0,
-                passed: 0,
-                distance: 0.0,
-            });
+            let (ray, path) = camera_path(context.params, context.camera, [x, y], sample_index, pixel);
+            self.current.push(ray, self.paths.len() as u32);
+            self.paths.push(path);
         }
         self.stats.primary += self.paths.len() as u64;
         self.stats.seconds.generate += start.elapsed().as_secs_f64();
@@ -203,7 +196,8 @@ impl Wave {
         let start = Instant::now();
         self.next.clear();
         self.shadow.clear();
-        let mut out = ShadeOutput { film, shadow: &mut self.shadow };
+        let mut shadow = |ray, pending| self.shadow.push(ray, pending);
+        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow };
         let current = self.current.rays.iter().zip(&self.current.errands);
         for ((ray, &path_index), (hit, surface)) in current.zip(self.hits.iter().zip(&self.surfaces)) {
             let path = &mut self.paths[path_index as usize];
@@ -214,6 +208,7 @@ impl Wave {
                 self.next.push(next, path_index);
             }
         }
+        self.deposits.flush(film);
         self.stats.secondary += self.next.rays.len() as u64;
         self.stats.shadow += self.shadow.rays.len() as u64;
         self.stats.seconds.shade += start.elapsed().as_secs_f64();
@@ -235,11 +230,30 @@ impl Wave {
     }
 }
 
-/// A ray through a uniform point of the pixel: a box filter of one pixel.
-fn camera_ray(context: &WaveContext, x: u32, y: u32, sampler: &PathSampler) -> Ray {
+/// The beginning of a path, which is counted to number `pixel` of a film: a ray through a uniform point of the pixel at
+/// (x, y), so a box filter of one pixel.
+pub(crate) fn camera_path(
+    params: &RenderParams,
+    camera: &CameraRays,
+    [x, y]: [u32; 2],
+    sample_index: u32,
+    pixel: u32,
+) -> (Ray, Path) {
+    let sampler = PathSampler::new([x, y], sample_index, params.seed);
     let [u, v] = sampler.get_2d(0);
     let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
-    context.camera.ray(along(x, u, context.params.width), -along(y, v, context.params.height))
+    let ray = camera.ray(along(x, u, params.width), -along(y, v, params.height));
+    let path = Path {
+        pixel,
+        sampler,
+        throughput: Vec3::ONE,
+        scatter_pdf: None,
+        segment: 0,
+        bounces: 0,
+        passed: 0,
+        distance: 0.0,
+    };
+    (ray, path)
 }
 
 #[cfg(test)]

@@ -3,14 +3,18 @@
 #![allow(unsafe_code)]
 
 use crate::packet::{PACKET, Packet};
+use crate::pages::Pages;
+use crate::rays::{Cursor, RayBuffer, Subtree};
 use crate::scene::Scene;
 use crate::simd::Simd;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::avx2::Avx2;
 use crate::simd::portable::Portable;
-use crate::stream::{WALKS, trace_stream};
+use crate::stream::{Jobs, Start, WALKS, trace_stream};
 use crate::walk::Walk;
 use raystrips_geom::{Hit, Ray};
+use raystrips_pack::PageId;
+use raystrips_paging::Visit;
 
 /// Instructions that a tracer uses. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,9 +79,9 @@ struct Walks<'s, const ANY: bool>(Option<Box<[Walk<'s, ANY>; WALKS]>>);
 
 impl<'s, const ANY: bool> Walks<'s, ANY> {
     #[inline]
-    fn get(&mut self, scene: &'s Scene) -> &mut [Walk<'s, ANY>; WALKS] {
+    fn get(&mut self, pages: impl Pages<'s>) -> &mut [Walk<'s, ANY>; WALKS] {
         self.0.get_or_insert_with(|| {
-            let walks: Vec<Walk<'s, ANY>> = (0..WALKS).map(|_| Walk::idle(scene)).collect();
+            let walks: Vec<Walk<'s, ANY>> = (0..WALKS).map(|_| Walk::idle(pages)).collect();
             walks.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("as many as were made"))
         })
     }
@@ -116,7 +120,8 @@ impl<'s> Tracer<'s> {
     /// If the lengths differ.
     pub fn intersect_batch(&mut self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
-        stream(self.kernel, self.scene, self.closest.get(self.scene), rays, &mut |i, hit| hits[i] = hit);
+        let mut jobs = Batch::new(rays, |i, hit| hits[i] = hit);
+        stream(self.kernel, self.scene, self.closest.get(self.scene), &mut jobs);
     }
 
     /// Whether something lies on each of `rays`, `occluded[i]` for `rays[i]`.
@@ -125,9 +130,8 @@ impl<'s> Tracer<'s> {
     /// If the lengths differ.
     pub fn occluded_batch(&mut self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len());
-        stream(self.kernel, self.scene, self.any.get(self.scene), rays, &mut |i, hit| {
-            occluded[i] = hit.is_hit()
-        });
+        let mut jobs = Batch::new(rays, |i, hit: Hit| occluded[i] = hit.is_hit());
+        stream(self.kernel, self.scene, self.any.get(self.scene), &mut jobs);
     }
 
     /// Closest hits of rays that keep together, such as the camera rays of a block of pixels: up to 64 of them from
@@ -150,6 +154,128 @@ impl<'s> Tracer<'s> {
                 self.intersect_batch(rays, hits);
             }
         }
+    }
+}
+
+/// Rays of a slice, of which those that cannot be traced miss.
+struct Batch<'r, D> {
+    rays: std::iter::Enumerate<std::slice::Iter<'r, Ray>>,
+    done: D,
+}
+
+impl<'r, D: FnMut(usize, Hit)> Batch<'r, D> {
+    fn new(rays: &'r [Ray], done: D) -> Batch<'r, D> {
+        Batch { rays: rays.iter().enumerate(), done }
+    }
+}
+
+impl<D: FnMut(usize, Hit)> Jobs for Batch<'_, D> {
+    #[inline]
+    fn next(&mut self) -> Option<(usize, Start<'_>)> {
+        loop {
+            match self.rays.next()? {
+                (number, ray) if !ray.is_valid() => (self.done)(number, Hit::MISS),
+                (number, ray) => return Some((number, Start::Ray(ray))),
+            }
+        }
+    }
+
+    #[inline]
+    fn done(&mut self, number: usize, hit: Hit) {
+        (self.done)(number, hit);
+    }
+
+    fn set_aside(&mut self, _: usize, page: PageId, _: Hit, _: (u32, &mut dyn Iterator<Item = Subtree>)) {
+        unreachable!("page {page} of a scene is in memory, as all are")
+    }
+}
+
+/// Gets a page that a ray waits for, and what puts the ray into a buffer.
+pub type SetAside<'a, E> = dyn FnMut(PageId, &mut Put<E>) + 'a;
+/// Puts a ray into a buffer.
+pub type Put<'a, E> = dyn FnMut(&mut RayBuffer<E>) + 'a;
+
+/// Traces rays through the pages that a visit finds in memory; sets aside those that need others.
+pub struct VisitTracer<'v> {
+    visit: &'v Visit<'v>,
+    kernel: Kernel,
+    closest: Walks<'v, false>,
+    any: Walks<'v, true>,
+}
+
+impl<'v> VisitTracer<'v> {
+    /// A tracer with the fastest kernel of this processor.
+    pub fn new(visit: &'v Visit<'v>) -> VisitTracer<'v> {
+        VisitTracer { visit, kernel: Kernel::best(), closest: Walks(None), any: Walks(None) }
+    }
+
+    /// Closest hits of `most` of `rays` from `cursor` on, as [`Tracer::intersect`] finds them: `done` gets errand, ray and
+    /// hit of those that come to their end, in any order. For each of the others `aside` is asked to put it into a buffer
+    /// for the page that it waits for.
+    pub fn intersect<E: Copy>(
+        &mut self,
+        rays: &RayBuffer<E>,
+        cursor: &mut Cursor,
+        most: usize,
+        done: &mut dyn FnMut(E, Ray, Hit),
+        aside: &mut SetAside<E>,
+    ) {
+        let end = cursor.next + most;
+        let mut jobs = Buffered { rays, cursor, end, done, aside };
+        visiting_stream(self.kernel, self.visit, self.closest.get(self.visit), &mut jobs);
+    }
+
+    /// The same for any hit.
+    pub fn occluded<E: Copy>(
+        &mut self,
+        rays: &RayBuffer<E>,
+        cursor: &mut Cursor,
+        most: usize,
+        done: &mut dyn FnMut(E, Ray, Hit),
+        aside: &mut SetAside<E>,
+    ) {
+        let end = cursor.next + most;
+        let mut jobs = Buffered { rays, cursor, end, done, aside };
+        visiting_stream(self.kernel, self.visit, self.any.get(self.visit), &mut jobs);
+    }
+}
+
+/// Rays of a buffer.
+struct Buffered<'a, E> {
+    rays: &'a RayBuffer<E>,
+    cursor: &'a mut Cursor,
+    /// No ray from this number on.
+    end: usize,
+    done: &'a mut dyn FnMut(E, Ray, Hit),
+    aside: &'a mut SetAside<'a, E>,
+}
+
+impl<E: Copy> Jobs for Buffered<'_, E> {
+    fn next(&mut self) -> Option<(usize, Start<'_>)> {
+        while self.cursor.next < self.end {
+            let (errand, waiting) = self.rays.take_next(self.cursor)?;
+            if waiting.ray.is_valid() {
+                return Some((self.cursor.next - 1, Start::Waiting(waiting)));
+            }
+            (self.done)(errand, *waiting.ray, Hit::MISS);
+        }
+        None
+    }
+
+    fn done(&mut self, number: usize, hit: Hit) {
+        let (errand, ray) = self.rays.ray(number);
+        (self.done)(errand, ray, hit);
+    }
+
+    fn set_aside(
+        &mut self,
+        number: usize,
+        page: PageId,
+        best: Hit,
+        (link, subtrees): (u32, &mut dyn Iterator<Item = Subtree>),
+    ) {
+        let ray = self.rays.ray(number);
+        (self.aside)(page, &mut |buffer| buffer.push_waiting(ray, best, (link, &mut *subtrees)));
     }
 }
 
@@ -187,7 +313,10 @@ macro_rules! for_each_kernel {
 for_each_kernel! {
     fn single<'s, const ANY: bool>(scene: &'s Scene, walk: &mut Walk<'s, ANY>, ray: &Ray) -> Hit = trace_single;
     fn stream<'s, const ANY: bool>(
-        scene: &'s Scene, walks: &mut [Walk<'s, ANY>; WALKS], rays: &[Ray], done: &mut dyn FnMut(usize, Hit)
+        scene: &'s Scene, walks: &mut [Walk<'s, ANY>; WALKS], jobs: &mut dyn Jobs
+    ) -> () = trace_stream;
+    fn visiting_stream<'s, const ANY: bool>(
+        visit: &'s Visit<'s>, walks: &mut [Walk<'s, ANY>; WALKS], jobs: &mut dyn Jobs
     ) -> () = trace_stream;
     fn packet<'s>(
         scene: &'s Scene, packet: &mut Packet, single: &mut Walk<'s, false>, rays: &[Ray], hits: &mut [Hit]

@@ -14,7 +14,9 @@
 mod boxes;
 mod kernel;
 mod packet;
+mod pages;
 mod prepared;
+mod rays;
 mod scene;
 mod simd;
 mod stream;
@@ -22,7 +24,8 @@ mod strip;
 mod walk;
 mod window;
 
-pub use kernel::{Kernel, Tracer};
-pub use raystrips_pack::{Emitter, ProxyKind};
-pub use raystrips_paging::OpenError;
-pub use scene::{ResolvedHit, Scene};
+pub use kernel::{Kernel, Tracer, VisitTracer};
+pub use rays::{Cursor, RayBuffer};
+pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};
+pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Visit};
+pub use scene::{ResolvedHit, Scene, locate_in, page_of};

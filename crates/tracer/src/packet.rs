@@ -100,7 +100,7 @@ impl Packet {
                 continue;
             }
             if here.active.count_ones() <= FEW {
-                self.go_on_alone(s, scene, single, page, &here);
+                self.go_on_alone(s, scene, single, (page, view), &here);
                 self.farthest = self.farthest_limit(s);
                 continue;
             }
@@ -140,7 +140,7 @@ impl Packet {
         s: S,
         scene: &'s Scene,
         single: &mut Walk<'s, false>,
-        page: PageId,
+        page: (PageId, PageView<'s>),
         here: &Waiting,
     ) {
         for i in bits(here.active) {

@@ -102,18 +102,19 @@ impl Scene {
     /// # Panics
     /// If `hit` is a miss or of another scene.
     pub fn resolve(&self, hit: &Hit) -> ResolvedHit {
-        let (page, cluster, strip, triangle) = Locator(hit.prim_id).parts();
-        let page = self.pages.page(page);
-        let cluster = page.cluster(cluster);
-        let index = cluster.triangle_index(strip, triangle);
-        let corners = page.strip(strip).triangle(triangle).map(|v| cluster.vertex(v));
-        let number = cluster.first_triangle() + index as u64;
-        let here =
-            ResolvedHit { geometry: cluster.geometry(index), triangle: number, corners, u: hit.u, v: hit.v };
-        match self.original_id(number) {
+        let here = self.locate(hit);
+        match self.original_id(here.triangle) {
             Some((id, first_corner)) => ResolvedHit { triangle: id, ..rotate(here, first_corner) },
             None => here,
         }
+    }
+
+    /// The same in the words of the pack, whether it keeps ids or not.
+    ///
+    /// # Panics
+    /// If `hit` is a miss or of another scene.
+    pub fn locate(&self, hit: &Hit) -> ResolvedHit {
+        locate_in(&self.pages.page(page_of(hit)), hit)
     }
 
     /// Every triangle of the pack, in its order: geometry and corners.
@@ -151,6 +152,32 @@ impl Scene {
     #[inline(always)]
     pub(crate) fn page(&self, id: PageId) -> PageView<'_> {
         self.pages.page(id)
+    }
+}
+
+/// The page that a hit is in.
+///
+/// # Panics
+/// If `hit` is a miss.
+pub fn page_of(hit: &Hit) -> PageId {
+    assert!(hit.is_hit(), "a miss is in no page");
+    Locator(hit.prim_id).parts().0
+}
+
+/// What a hit in this page is, in the words of the pack.
+///
+/// # Panics
+/// If the page has no such triangle.
+pub fn locate_in(page: &PageView, hit: &Hit) -> ResolvedHit {
+    let (_, cluster, strip, triangle) = Locator(hit.prim_id).parts();
+    let cluster = page.cluster(cluster);
+    let index = cluster.triangle_index(strip, triangle);
+    ResolvedHit {
+        geometry: cluster.geometry(index),
+        triangle: cluster.first_triangle() + index as u64,
+        corners: page.strip(strip).triangle(triangle).map(|v| cluster.vertex(v)),
+        u: hit.u,
+        v: hit.v,
     }
 }
 

@@ -5,11 +5,13 @@
 //! steps of different walks overlap in the processor, the memory of each was asked for a turn ago, and which
 //! kind of step comes next is not a branch but a list to append to.
 
-use crate::scene::Scene;
+use crate::pages::Pages;
+use crate::rays::{Subtree, WaitingRay};
 use crate::simd::Simd;
 use crate::walk::{Step, Walk};
 use crate::window::Candidates;
 use raystrips_geom::{Hit, Ray};
+use raystrips_pack::PageId;
 
 /// Walks under way.
 pub(crate) const WALKS: usize = 32;
@@ -51,52 +53,68 @@ impl List {
     }
 }
 
-/// Rays that wait for a walk, with their numbers. Those that cannot be traced miss at once.
-struct Rays<'r> {
-    rays: std::iter::Enumerate<std::slice::Iter<'r, Ray>>,
+/// A ray that gets a walk.
+pub(crate) enum Start<'a> {
+    /// From its beginning.
+    Ray(&'a Ray),
+    /// From where it was set aside.
+    Waiting(WaitingRay<'a>),
 }
 
-impl<'r> Rays<'r> {
-    #[inline(always)]
-    fn next(&mut self, done: &mut dyn FnMut(usize, Hit)) -> Option<(usize, &'r Ray)> {
-        loop {
-            match self.rays.next() {
-                Some((number, ray)) if !ray.is_valid() => done(number, Hit::MISS),
-                next => return next,
-            }
-        }
-    }
+/// Rays to be traced, by their numbers, and what becomes of them.
+pub(crate) trait Jobs {
+    /// The next ray, which must be [valid](Ray::is_valid).
+    fn next(&mut self) -> Option<(usize, Start<'_>)>;
+
+    /// Gets the hit of a ray.
+    fn done(&mut self, number: usize, hit: Hit);
+
+    /// Gets a ray that cannot go on before `page` is in memory: its hit so far, what is next and what waits behind that.
+    fn set_aside(
+        &mut self,
+        number: usize,
+        page: PageId,
+        best: Hit,
+        rest: (u32, &mut dyn Iterator<Item = Subtree>),
+    );
 }
 
-/// Traces `rays` with `walks`, [`WALKS`] of them, and tells `done` the number of each ray and its hit, in any order.
+/// No ray.
+const NONE: usize = usize::MAX;
+
+/// Traces the rays of `jobs` with `walks`, [`WALKS`] of them.
 #[inline(always)]
-pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
+pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
     s: S,
-    scene: &'s Scene,
+    pages: P,
     walks: &mut [Walk<'s, ANY>; WALKS],
-    rays: &[Ray],
-    done: &mut dyn FnMut(usize, Hit),
+    jobs: &mut dyn Jobs,
 ) {
-    let mut rays = Rays { rays: rays.iter().enumerate() };
-    let mut ray_of = [0; WALKS];
+    let mut ray_of = [NONE; WALKS];
     let mut lists = [List::EMPTY; Step::COUNT];
     let mut candidates = [Candidates::NONE; WALKS];
-    for (i, walk) in walks.iter_mut().enumerate() {
-        let Some((number, ray)) = rays.next(done) else { break };
-        walk.begin(s, scene, ray);
-        ray_of[i] = number;
-        lists[Step::TOP].push(i);
-    }
+    (0..WALKS).for_each(|i| lists[Step::DONE].push(i));
     loop {
         // Nodes are tested whenever there are any; the others when many wait or nothing else is left to do.
         let enough = if lists[Step::NODE].len > 0 { ENOUGH } else { 1 };
         if lists[Step::DONE].len >= enough {
             for i in lists[Step::DONE].take().iter() {
-                done(ray_of[i], walks[i].hit());
-                if let Some((number, ray)) = rays.next(done) {
-                    walks[i].begin(s, scene, ray);
-                    ray_of[i] = number;
-                    lists[Step::TOP].push(i);
+                if ray_of[i] != NONE {
+                    jobs.done(ray_of[i], walks[i].hit());
+                    ray_of[i] = NONE;
+                }
+                match jobs.next() {
+                    Some((number, Start::Ray(ray))) => {
+                        walks[i].begin(s, pages, ray);
+                        ray_of[i] = number;
+                        lists[Step::TOP].push(i);
+                    }
+                    Some((number, Start::Waiting(waiting))) => {
+                        walks[i].wake(s, pages, &waiting);
+                        ray_of[i] = number;
+                        lists[walks[i].step()].push(i);
+                    }
+                    None => {}
                 }
             }
         }
@@ -104,7 +122,7 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
             // What was just stored as a vector is slow to load in parts, so that comes after all nodes.
             let top = lists[Step::TOP].take();
             for i in top.iter() {
-                walks[i].step_top(s, scene);
+                walks[i].step_top(s, pages);
             }
             for i in top.iter() {
                 sort_in(s, i, walks, &mut lists);
@@ -112,9 +130,13 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
         }
         if lists[Step::ENTER].len >= enough {
             for i in lists[Step::ENTER].take().iter() {
-                walks[i].enter(s, scene);
-                walks[i].prefetch(s);
-                lists[Step::NODE].push(i);
+                if walks[i].enter(s, pages) {
+                    walks[i].prefetch(s);
+                    lists[Step::NODE].push(i);
+                } else {
+                    set_aside(pages, &walks[i], std::mem::replace(&mut ray_of[i], NONE), jobs);
+                    lists[Step::DONE].push(i);
+                }
             }
         }
         let nodes = lists[Step::NODE].take();
@@ -135,6 +157,17 @@ pub(crate) fn trace_stream<'s, S: Simd, const ANY: bool>(
             return;
         }
     }
+}
+
+#[inline(never)]
+fn set_aside<'s, const ANY: bool>(
+    pages: impl Pages<'s>,
+    walk: &Walk<'s, ANY>,
+    number: usize,
+    jobs: &mut dyn Jobs,
+) {
+    let (link, mut subtrees) = walk.set_aside();
+    jobs.set_aside(number, walk.page_ahead(pages), walk.best(), (link, &mut subtrees));
 }
 
 /// Tests the strips that walks wait for, each kind of work for all of them before the next.

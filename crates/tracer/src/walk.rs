@@ -4,8 +4,10 @@
 //! needs is in it, so that one thread can take many walks by turns ([`crate::stream`]).
 
 use crate::boxes::{RayGrid, page_slabs, top_slabs, top_slack};
+use crate::pages::Pages;
 use crate::prepared::PreparedRay;
-use crate::scene::{Locator, Scene};
+use crate::rays::{Subtree, WaitingRay};
+use crate::scene::Locator;
 use crate::simd::{LANES, Simd, greatest_key};
 use crate::strip::{StripHits, test_long_strip};
 use crate::window::{Candidates, WindowHit};
@@ -94,12 +96,12 @@ pub(crate) struct Walk<'s, const ANY: bool> {
 
 impl<'s, const ANY: bool> Walk<'s, ANY> {
     /// A walk that is over.
-    pub fn idle(scene: &'s Scene) -> Walk<'s, ANY> {
+    pub fn idle(pages: impl Pages<'s>) -> Walk<'s, ANY> {
         Walk {
             ray: PreparedRay::new(&Ray::new(glam::Vec3::ZERO, glam::Vec3::X)),
             best: Best::new(f32::INFINITY),
             link: DONE_LINK,
-            page: scene.page(0),
+            page: pages.some_page(),
             page_grid: RayGrid::NONE,
             top_slack: [0.0; LANES],
             waiting: Stack::new(),
@@ -108,10 +110,10 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
 
     /// Begins with another ray, which must be [valid](Ray::is_valid): the next step is [`Step::TOP`].
     #[inline(always)]
-    pub fn begin<S: Simd>(&mut self, s: S, scene: &Scene, ray: &Ray) {
+    pub fn begin<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, ray: &Ray) {
         let prepared = PreparedRay::new(ray);
         // From the ray in registers: what was just stored in parts is slow to load as a whole.
-        self.top_slack = top_slack(s, &scene.top_nodes()[0], &prepared);
+        self.top_slack = top_slack(s, &pages.top_nodes()[0], &prepared);
         self.ray = prepared;
         self.best = Best::new(ray.tfar);
         self.link = TopNode::NODE;
@@ -123,24 +125,52 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     pub fn resume<S: Simd>(
         &mut self,
         s: S,
-        scene: &'s Scene,
+        pages: impl Pages<'s>,
         ray: &PreparedRay,
         best: Hit,
-        page: PageId,
+        (page, view): (PageId, PageView<'s>),
         link: u32,
     ) {
         self.ray = *ray;
         self.best = Best { greatest_key: greatest_key(best.t), hit: best, locator: Locator::page(page) };
-        self.top_slack = top_slack(s, &scene.top_nodes()[0], ray);
-        self.page = scene.page(page);
+        self.top_slack = top_slack(s, &pages.top_nodes()[0], ray);
+        self.page = view;
         self.page_grid = RayGrid::of_page(s, self.page.header(), ray);
         self.link = link;
         self.waiting.len = 1;
     }
 
-    /// Takes all steps to the end.
+    /// Goes on for a ray that was set aside above the pages.
     #[inline(always)]
-    pub fn finish<S: Simd>(&mut self, s: S, scene: &'s Scene) {
+    pub fn wake<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, waiting: &WaitingRay) {
+        self.begin(s, pages, waiting.ray);
+        self.best.hit = waiting.best;
+        self.best.greatest_key = greatest_key(waiting.best.t);
+        self.link = waiting.link;
+        for (i, subtree) in waiting.subtrees.iter().enumerate() {
+            self.waiting.keys[1 + i] = subtree.key;
+            self.waiting.links[1 + i] = subtree.link;
+        }
+        self.waiting.len = 1 + waiting.subtrees.len();
+    }
+
+    /// What is next, and what waits behind it and still matters, of a walk that is set aside above the pages.
+    pub fn set_aside(&self) -> (u32, impl Iterator<Item = Subtree> + '_) {
+        let greatest = self.best.greatest_key;
+        let waiting = 1..self.waiting.len;
+        let subtree = |i: usize| Subtree { key: self.waiting.keys[i], link: self.waiting.links[i] };
+        (self.link, waiting.map(subtree).filter(move |subtree| subtree.key <= greatest))
+    }
+
+    /// The page that is entered next, when the next step is [`Step::ENTER`].
+    #[inline(always)]
+    pub fn page_ahead(&self, pages: impl Pages<'s>) -> PageId {
+        pages.top_entry(self.link & !TopNode::KIND).page
+    }
+
+    /// Takes all steps to the end. All pages must be in memory.
+    #[inline(always)]
+    pub fn finish<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) {
         let mut step = Step::of(self.link);
         let mut candidates = Candidates::NONE;
         loop {
@@ -151,15 +181,22 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
                         self.meet(s, &candidates);
                     }
                 }
-                Step::TOP => self.step_top(s, scene),
+                Step::TOP => self.step_top(s, pages),
                 Step::ENTER => {
-                    self.enter(s, scene);
+                    let is_there = self.enter(s, pages);
+                    debug_assert!(is_there, "all pages are in memory");
                     self.step_node(s);
                 }
                 _ => return,
             }
             step = self.next();
         }
+    }
+
+    /// The kind of the next step.
+    #[inline(always)]
+    pub fn step(&self) -> usize {
+        Step::of(self.link)
     }
 
     /// What was found, once the walk is over.
@@ -176,21 +213,23 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
 
     /// [`Step::TOP`].
     #[inline(always)]
-    pub fn step_top<S: Simd>(&mut self, s: S, scene: &'s Scene) {
-        let node = &scene.top_nodes()[(self.link & !TopNode::KIND) as usize];
+    pub fn step_top<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) {
+        let node = &pages.top_nodes()[(self.link & !TopNode::KIND) as usize];
         let slabs = top_slabs(s, node, &self.top_slack, &self.ray, self.best.hit.t);
         let links = s.load_words(&node.child);
         self.waiting.len += s.store_sorted(slabs, node.child_count(), links, self.waiting.room());
     }
 
-    /// [`Step::ENTER`]: the next step is [`Step::NODE`].
+    /// [`Step::ENTER`]: the next step is [`Step::NODE`]. False, and nothing done, if the page is not in memory.
     #[inline(always)]
-    pub fn enter<S: Simd>(&mut self, s: S, scene: &'s Scene) {
-        let entry = scene.top_entry(self.link & !TopNode::KIND);
-        self.page = scene.page(entry.page);
+    pub fn enter<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) -> bool {
+        let entry = pages.top_entry(self.link & !TopNode::KIND);
+        let Some(page) = pages.page(entry.page) else { return false };
+        self.page = page;
         self.page_grid = RayGrid::of_page(s, self.page.header(), &self.ray);
         self.best.locator = Locator::page(entry.page);
         self.link = entry.node;
+        true
     }
 
     /// [`Step::NODE`].

@@ -143,6 +143,17 @@ pub struct ConvertArgs {
     pub json: bool,
 }
 
+/// Orders of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ReorderName {
+    /// None where the pack fits in memory, else queues.
+    Auto,
+    /// As they come. A pack that does not fit in memory is mapped.
+    None,
+    /// Rays wait for pages of the pack, as many of which are in memory as --memory allows.
+    Queues,
+}
+
 /// Flags of `proxy`.
 #[derive(Args, Debug)]
 pub struct ProxyArgs {
@@ -239,6 +250,10 @@ pub struct RenderArgs {
     /// Exposure of a PNG: each step doubles the light.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
+
+    /// In which order rays are traced. It changes the time, never the picture.
+    #[arg(long, value_enum, value_name = "ORDER", default_value = "auto")]
+    pub reorder: ReorderName,
 
     /// Another number gives other noise; the same one always the same picture, bit for bit.
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -8,6 +8,7 @@ mod files;
 mod interrupt;
 mod process;
 mod progress;
+mod residency;
 mod units;
 
 use args::{Arguments, Command};

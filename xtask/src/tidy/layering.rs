@@ -16,14 +16,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("convert", &["geom", "extmem", "meshio", "strips", "simplify", "pack"]),
     ("paging", &["extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
-    ("render", &["geom", "tracer"]),
+    ("reorder", &[]),
+    ("render", &["geom", "tracer", "reorder"]),
 ];
 
 /// Crates that join all others.
 const FREE: [&str; 2] = ["raystrips", "xtask"];
 
 /// The running side.
-const RUNNING: [&str; 3] = ["paging", "tracer", "render"];
+const RUNNING: [&str; 4] = ["paging", "tracer", "reorder", "render"];
 
 /// Crates of the preparing side, which meets the running side only in `pack` and `geom`.
 const PREPARING: [&str; 5] = ["meshio", "strips", "simplify", "layout", "convert"];

@@ -3,13 +3,16 @@
 use crate::args::{IntegratorName, RenderArgs};
 use crate::files::{check_output, write_whole};
 use crate::progress::render_bar;
+use crate::residency::{self, Residency};
 use crate::units::grouped;
 use crate::{cache, camera, interrupt, process};
 use anyhow::{Result, bail};
+use raystrips_pack::Manifest;
 use raystrips_render::{
-    ImageOptions, Integrator, RenderOutput, RenderParams, TracedWorld, render, write_image,
+    ImageOptions, Integrator, PagedWorld, RenderOutput, RenderParams, RenderProgress, TracedWorld, render,
+    render_queued, write_image,
 };
-use raystrips_tracer::Scene;
+use raystrips_tracer::{PagePool, PoolCounts, Scene};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -24,22 +27,37 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         check_output(output, &[&args.input])?;
     }
     interrupt::watch()?;
-    let world = TracedWorld::new(Scene::open(&pack_of(args)?)?);
-    let params = params(args, &world)?;
-    let samples = u64::from(params.width) * u64::from(params.height) * u64::from(params.spp);
-    let bar = render_bar(samples);
-    let output = render(&world, &params, &|progress| {
+    let pack = pack_of(args)?;
+    let pixels = u64::from(args.size.0) * u64::from(args.size.1);
+    let threads = if args.threads == 0 { std::thread::available_parallelism()?.get() } else { args.threads };
+    let residency = residency::of(&pack, args.convert.source.memory, args.reorder, pixels, threads as u64)?;
+    let bar = render_bar(pixels * u64::from(args.spp));
+    let progress = |progress: RenderProgress| {
         if interrupt::happened() {
             bar.finish_and_clear();
             interrupt::exit();
         }
         bar.set_position(progress.samples_done);
-    })?;
+    };
+    let (params, output, pages) = match residency {
+        Residency::Whole => {
+            let world = TracedWorld::new(Scene::open(&pack)?);
+            let params = params(args, world.scene().manifest())?;
+            let output = render(&world, &params, &progress)?;
+            (params, output, Pages::of_scene(world.scene()))
+        }
+        Residency::Queues { page_bytes, ray_bytes } => {
+            let world = PagedWorld::new(PagePool::open(&pack, page_bytes)?);
+            let params = params(args, &world.pool().pack().manifest)?;
+            let output = render_queued(&world, &params, ray_bytes, &progress)?;
+            (params, output, Pages::of_pool(world.pool()))
+        }
+    };
     bar.finish_and_clear();
     let options = ImageOptions { exposure: args.exposure.exp2(), ..ImageOptions::for_render(&params) };
     write_image(&args.output, &output.film, &options)?;
     if let Some(path) = &args.stats {
-        write_whole(path, format!("{}\n", stats(&output, &world)).as_bytes())?;
+        write_whole(path, format!("{}\n", stats(&output, &pages)).as_bytes())?;
     }
     summarize(args, &output)
 }
@@ -55,7 +73,7 @@ fn pack_of(args: &RenderArgs) -> Result<PathBuf> {
     cache::pack_of(&args.input, args.cache.as_deref(), &args.convert, args.threads)
 }
 
-fn params(args: &RenderArgs, world: &TracedWorld) -> Result<RenderParams> {
+fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
     Ok(RenderParams {
         integrator: match args.integrator {
             IntegratorName::Path => Integrator::Path,
@@ -67,17 +85,35 @@ fn params(args: &RenderArgs, world: &TracedWorld) -> Result<RenderParams> {
         spp: args.spp,
         seed: args.seed,
         threads: args.threads,
-        camera: args
-            .camera
-            .as_deref()
-            .map(|text| camera::parse(text, world.scene().manifest()))
-            .transpose()?,
+        camera: args.camera.as_deref().map(|text| camera::parse(text, manifest)).transpose()?,
         max_bounces: args.bounces,
         ..RenderParams::default()
     })
 }
 
-fn stats(output: &RenderOutput, world: &TracedWorld) -> serde_json::Value {
+/// What was read of the pack.
+struct Pages {
+    counts: PoolCounts,
+    triangles: u64,
+    ordering: &'static str,
+}
+
+impl Pages {
+    fn of_scene(scene: &Scene) -> Pages {
+        let counts = PoolCounts {
+            read: scene.manifest().pages,
+            bytes_read: scene.page_bytes(),
+            ..PoolCounts::default()
+        };
+        Pages { counts, triangles: scene.manifest().triangles, ordering: "none" }
+    }
+
+    fn of_pool(pool: &PagePool) -> Pages {
+        Pages { counts: pool.counts(), triangles: pool.pack().manifest.triangles, ordering: "queues" }
+    }
+}
+
+fn stats(output: &RenderOutput, pages: &Pages) -> serde_json::Value {
     let stats = &output.stats;
     json!({
         "rays": {"primary": stats.primary, "shadow": stats.shadow, "secondary": stats.secondary},
@@ -88,12 +124,17 @@ fn stats(output: &RenderOutput, world: &TracedWorld) -> serde_json::Value {
             "sort": 0.0,
             "trace": stats.seconds.trace,
             "shade": stats.seconds.shade,
-            "io_wait": 0.0,
+            "io_wait": stats.seconds.wait,
         },
-        "pages": {"read": world.scene().manifest().pages, "bytes_read": world.scene().page_bytes(), "hits": 0, "evicted": 0},
+        "pages": {
+            "read": pages.counts.read,
+            "bytes_read": pages.counts.bytes_read,
+            "hits": pages.counts.hits,
+            "evicted": pages.counts.evicted,
+        },
         "peak_rss_bytes": process::peak_rss_bytes(),
-        "ordering": "none",
-        "triangles": world.scene().manifest().triangles,
+        "ordering": pages.ordering,
+        "triangles": pages.triangles,
         "contributions": {"clamped": output.film.clamped(), "dropped": output.film.dropped()},
     })
 }

@@ -1,0 +1,62 @@
+//! Where walks get their pages from.
+
+use crate::scene::Scene;
+use raystrips_pack::{PageId, PageView, TopEntry, TopNode};
+use raystrips_paging::Visit;
+
+/// Pages, all or some of which are in memory for `'s`.
+pub(crate) trait Pages<'s>: Copy {
+    /// Nodes above the pages.
+    fn top_nodes(self) -> &'s [TopNode];
+
+    /// A way into a page.
+    fn top_entry(self, i: u32) -> TopEntry;
+
+    /// Page `id`; none if it is not in memory.
+    fn page(self, id: PageId) -> Option<PageView<'s>>;
+
+    /// Any page, to have one.
+    fn some_page(self) -> PageView<'s>;
+}
+
+impl<'s> Pages<'s> for &'s Scene {
+    #[inline(always)]
+    fn top_nodes(self) -> &'s [TopNode] {
+        Scene::top_nodes(self)
+    }
+
+    #[inline(always)]
+    fn top_entry(self, i: u32) -> TopEntry {
+        Scene::top_entry(self, i)
+    }
+
+    #[inline(always)]
+    fn page(self, id: PageId) -> Option<PageView<'s>> {
+        Some(Scene::page(self, id))
+    }
+
+    fn some_page(self) -> PageView<'s> {
+        Scene::page(self, 0)
+    }
+}
+
+impl<'s> Pages<'s> for &'s Visit<'s> {
+    #[inline(always)]
+    fn top_nodes(self) -> &'s [TopNode] {
+        &self.pool().pack().top_nodes
+    }
+
+    #[inline(always)]
+    fn top_entry(self, i: u32) -> TopEntry {
+        self.pool().pack().top_entries[i as usize]
+    }
+
+    #[inline(always)]
+    fn page(self, id: PageId) -> Option<PageView<'s>> {
+        Visit::page(self, id)
+    }
+
+    fn some_page(self) -> PageView<'s> {
+        self.blank()
+    }
+}

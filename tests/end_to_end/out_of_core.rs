@@ -1,0 +1,81 @@
+//! Pictures of packs of which only some pages are in memory.
+
+use crate::models::Mesh;
+use crate::support::{Folder, repository_file};
+use serde_json::Value;
+
+/// A folder with a pack of some hundred pages, and the picture of it with all of them in memory.
+fn ring(options: &str) -> (Folder, Vec<u8>) {
+    let folder = Folder::new();
+    folder.write("ring.ply", Mesh::ring(300).ply());
+    folder.run(&format!("convert ring.ply -o ring.rsp --page-size 4K --no-proxy {options}")).done();
+    folder.run(&format!("{RENDER} -o whole.exr --reorder none")).done();
+    let picture = folder.read("whole.exr");
+    (folder, picture)
+}
+
+const RENDER: &str = "render ring.rsp --size 96x64 --spp 8";
+
+/// The least memory, in MiB, for a picture by so many threads.
+fn least(folder: &Folder, threads: usize) -> u64 {
+    let outcome = folder.run(&format!("{RENDER} -o a.exr --reorder queues --threads {threads} --memory 1M"));
+    let least = outcome.stderr.split("use --memory ").nth(1).and_then(|rest| rest.trim().strip_suffix('M'));
+    let least = least.expect("an option that would do").parse().unwrap();
+    outcome.failed(&["ring.rsp", "1.0 MiB of memory is too little"]);
+    least
+}
+
+#[test]
+fn the_same_picture_for_any_memory_and_threads() {
+    let (folder, whole) = ring("");
+    for (threads, more) in [(1, 0), (2, 0), (2, 1), (3, 0), (2, 1000)] {
+        let memory = least(&folder, threads) + more;
+        let options = format!("--reorder queues --threads {threads} --memory {memory}M --stats stats.json");
+        folder.run(&format!("{RENDER} -o a.exr {options}")).done();
+        assert!(folder.read("a.exr") == whole, "{options}");
+        let stats: Value = serde_json::from_slice(&folder.read("stats.json")).unwrap();
+        assert_eq!(stats["ordering"], "queues");
+        assert_eq!(stats["pages"]["evicted"].as_u64() > Some(0), more < 1000, "{options}: {stats}");
+        assert!(stats["peak_rss_bytes"].as_u64().unwrap() <= memory << 20, "{options}: {stats}");
+    }
+}
+
+#[test]
+fn every_integrator_and_packs_with_ids() {
+    let (folder, whole) = ring("--keep-ids");
+    let memory = least(&folder, 2);
+    for integrator in ["path", "ao", "normal"] {
+        let render = |name: &str, options: &str| {
+            folder.run(&format!("{RENDER} --integrator {integrator} --threads 2 -o {name} {options}")).done();
+            folder.read(name)
+        };
+        let resident = render("a.exr", "--reorder none");
+        assert!(render("b.exr", &format!("--reorder queues --memory {memory}M")) == resident, "{integrator}");
+        assert_eq!(resident == whole, integrator == "path");
+    }
+}
+
+#[test]
+fn a_scene_with_area_lights() {
+    let folder = Folder::new();
+    let scene = repository_file("scenes/cornell/scene.toml");
+    folder.run_args(&["convert", scene.to_str().unwrap(), "-o", "cornell.rsp"]).done();
+    for order in ["none", "queues"] {
+        folder
+            .run(&format!("render cornell.rsp -o {order}.exr --size 32x32 --spp 16 --reorder {order}"))
+            .done();
+    }
+    assert!(folder.read("none.exr") == folder.read("queues.exr"));
+}
+
+#[test]
+fn a_damaged_page_ends_it_with_its_name_and_no_picture() {
+    let (folder, _) = ring("");
+    let mut bytes = folder.read("ring.rsp");
+    // Somewhere in the pages, which are most of the file.
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 4096].iter_mut().for_each(|byte| *byte ^= 1);
+    folder.write("ring.rsp", &bytes);
+    folder.run(&format!("{RENDER} -o a.exr --reorder queues")).failed(&["ring.rsp", "page", "checksum"]);
+    assert!(!folder.path("a.exr").exists());
+}

@@ -1,0 +1,69 @@
+//! How a pack is rendered in the memory that there is.
+
+use crate::args::ReorderName;
+use crate::units::bytes;
+use anyhow::{Context, Result, bail};
+use raystrips_extmem::spare_memory;
+use raystrips_pack::Pack;
+use raystrips_render::{PIXEL_BYTES, QUEUED_THREAD_BYTES};
+use std::fs::File;
+use std::path::Path;
+
+/// Memory of a rendering apart from all that is named below. Measured.
+const BASE_BYTES: u64 = 24 << 20;
+/// Memory of each thread when all pages are in memory.
+const THREAD_BYTES: u64 = 8 << 20;
+/// Part of the memory for pages and rays that is for rays.
+const RAY_PART: f64 = 1.0 / 3.0;
+/// More rays than fit here do not wait longer for their pages.
+const MOST_RAY_BYTES: u64 = 512 << 20;
+/// Least pages in memory, of the largest size: some a thread, and those that are read.
+const LEAST_PAGES: u64 = 64;
+/// Least memory for rays that wait.
+const LEAST_RAY_BYTES: u64 = 8 << 20;
+/// The allocator takes this much more than pages and rays ask for.
+const ALLOCATOR: f64 = 1.12;
+
+/// How a pack is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Residency {
+    /// With all of it in memory, or mapped.
+    Whole,
+    /// With rays that wait for pages.
+    Queues { page_bytes: u64, ray_bytes: u64 },
+}
+
+/// Decides how the pack at `path` is rendered to so many pixels by so many threads.
+pub fn of(
+    path: &Path,
+    memory: Option<u64>,
+    reorder: ReorderName,
+    pixels: u64,
+    threads: u64,
+) -> Result<Residency> {
+    let pack =
+        File::open(path).map_err(raystrips_pack::PackError::from).and_then(|mut file| Pack::open(&mut file));
+    let pack = pack.with_context(|| path.display().to_string())?;
+    let taken = BASE_BYTES + pixels * PIXEL_BYTES;
+    let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
+    let whole = taken + threads * THREAD_BYTES + pack.file_bytes;
+    match reorder {
+        ReorderName::None => return Ok(Residency::Whole),
+        ReorderName::Auto if whole <= given => return Ok(Residency::Whole),
+        ReorderName::Auto | ReorderName::Queues => {}
+    }
+    let largest = pack.directory.iter().map(|page| u64::from(page.bytes)).max().unwrap_or(0);
+    let taken = taken + threads * QUEUED_THREAD_BYTES + pack.resident_bytes();
+    let least_shared = ((LEAST_PAGES * largest + LEAST_RAY_BYTES) as f64 * ALLOCATOR) as u64;
+    if given < taken + least_shared {
+        bail!(
+            "{}: {} of memory is too little for this picture; use --memory {}M",
+            path.display(),
+            bytes(given),
+            (taken + least_shared).div_ceil(1 << 20)
+        );
+    }
+    let shared = ((given - taken) as f64 / ALLOCATOR) as u64;
+    let ray_bytes = ((shared as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
+    Ok(Residency::Queues { page_bytes: shared - ray_bytes, ray_bytes })
+}
