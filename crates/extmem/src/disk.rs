@@ -39,6 +39,17 @@ pub fn discard(file: &File, offset: u64, bytes: u64) {
     let _ = (file, offset, bytes);
 }
 
+/// Tells the system that parts of a file are read in no order, so that it does not read more than is asked for.
+pub fn advise_random(file: &File) {
+    #[cfg(target_os = "linux")]
+    {
+        // It is advice: where it is not taken, reads take longer.
+        _ = rustix::fs::fadvise(file, 0, None, rustix::fs::Advice::Random);
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = file;
+}
+
 /// Fills `bytes` from `offset` on, whatever else reads the file.
 pub fn read_exact_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<()> {
     #[cfg(unix)]

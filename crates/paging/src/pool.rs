@@ -6,7 +6,7 @@
 
 use crate::OpenError;
 use elsa::FrozenMap;
-use raystrips_extmem::disk::read_exact_at;
+use raystrips_extmem::disk::{advise_random, read_exact_at};
 use raystrips_extmem::{MemoryBudget, Reservation};
 use raystrips_pack::layout::PageHeader;
 use raystrips_pack::{Pack, PageId, PageView, WideNode, check_page};
@@ -85,6 +85,7 @@ impl PagePool {
         let open = || {
             let mut file = File::open(path)?;
             let pack = Pack::open(&mut file)?;
+            advise_random(&file);
             Ok(PagePool {
                 slots: pack.directory.iter().map(|_| Slot::default()).collect(),
                 path: path.to_owned(),

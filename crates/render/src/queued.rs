@@ -35,7 +35,7 @@ const READERS: usize = 8;
 const MOST_DEPOSITS: usize = 1 << 14;
 /// Paths are started while what waits takes less than this part of the memory for rays: each path may come to wait with
 /// some shadow rays as well.
-const START_PART: usize = 3;
+const START_PART: usize = 2;
 /// How long a reader waits for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
 

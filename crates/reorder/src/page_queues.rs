@@ -97,7 +97,7 @@ impl<P: Parcel> PageQueues<P> {
         let mut state = self.lock();
         loop {
             if let Some(work) = state.next_work() {
-                self.reads.notify_one();
+                self.wake_one_each(&state);
                 return Some(work);
             }
             if state.is_over() {
@@ -111,10 +111,9 @@ impl<P: Parcel> PageQueues<P> {
 
     /// The next work if there is some now.
     pub fn try_next_work(&self) -> Option<Work<P>> {
-        let work = self.lock().next_work();
-        if work.is_some() {
-            self.reads.notify_one();
-        }
+        let mut state = self.lock();
+        let work = state.next_work();
+        self.wake_one_each(&state);
         work
     }
 
@@ -125,8 +124,7 @@ impl<P: Parcel> PageQueues<P> {
         for (page, mut rays) in left {
             state.add(page, &mut rays);
         }
-        self.work.notify_all();
-        self.reads.notify_all();
+        self.wake_one_each(&state);
     }
 
     /// The page to read next, or `None` when all is done. Waits for it. It must have [arrived](PageQueues::arrived), or be
@@ -137,10 +135,11 @@ impl<P: Parcel> PageQueues<P> {
             if state.is_over() {
                 return None;
             }
-            let is_ahead = state.reading + state.arrived.len() >= state.read_ahead;
-            if let Some((_, page)) = (!is_ahead).then(|| state.waiting.pop_last()).flatten() {
+            if state.can_read() {
+                let (_, page) = state.waiting.pop_last().expect("there is one to read");
                 state.stages[page as usize] = Stage::Reading;
                 state.reading += 1;
+                self.wake_one_each(&state);
                 return Some(page);
             }
             state = self.reads.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -172,6 +171,16 @@ impl<P: Parcel> PageQueues<P> {
         self.reads.notify_all();
     }
 
+    /// Wakes a worker and a reader where there is something for them; who comes wakes the next one.
+    fn wake_one_each(&self, state: &State<P>) {
+        if state.can_work() {
+            self.work.notify_one();
+        }
+        if state.can_read() {
+            self.reads.notify_one();
+        }
+    }
+
     fn lock(&self) -> MutexGuard<'_, State<P>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -187,7 +196,7 @@ impl<P: Parcel> State<P> {
             let rays = std::mem::take(&mut self.queues[page as usize]);
             self.bytes -= rays.bytes();
             Work::Serve(rays)
-        } else if self.next_start < self.starts && (self.bytes < self.most_bytes || self.is_quiet()) {
+        } else if self.can_start() {
             self.next_start += 1;
             Work::Start(self.next_start - 1)
         } else {
@@ -209,6 +218,18 @@ impl<P: Parcel> State<P> {
             self.waiting.remove(&(before, page));
             self.waiting.insert((after, page));
         }
+    }
+
+    fn can_start(&self) -> bool {
+        self.next_start < self.starts && (self.bytes < self.most_bytes || self.is_quiet())
+    }
+
+    fn can_work(&self) -> bool {
+        !self.arrived.is_empty() || self.can_start()
+    }
+
+    fn can_read(&self) -> bool {
+        !self.waiting.is_empty() && self.reading + self.arrived.len() < self.read_ahead
     }
 
     /// True if no ray is under way anywhere.
