@@ -27,7 +27,7 @@ pub mod writer;
 pub use error::PackError;
 pub use layout::{Emitter, GeometryBounds, PageEntry, PageId, TopEntry, TopNode, WideNode};
 pub use manifest::{ByteCounts, Dropped, Manifest};
-pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_page};
+pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_checksum, check::check_page};
 pub use proxy::ProxyKind;
 pub use reader::Pack;
 pub use strip_record::{StripView, WindowHead};

@@ -9,7 +9,7 @@ use elsa::FrozenMap;
 use raystrips_extmem::disk::{advise_random, read_exact_at};
 use raystrips_extmem::{MemoryBudget, Reservation};
 use raystrips_pack::layout::PageHeader;
-use raystrips_pack::{Pack, PageId, PageView, WideNode, check_page};
+use raystrips_pack::{Pack, PackError, PageId, PageView, WideNode, check_checksum, check_page};
 use std::cell::Cell;
 use std::fs::File;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -40,6 +40,8 @@ struct Slot {
     page: Mutex<Option<Arc<Page>>>,
     /// Used since the hand came by.
     is_used: AtomicBool,
+    /// It came before, and all of it was checked: the checksum tells if these are the same bytes.
+    was_good: AtomicBool,
 }
 
 /// A page in memory that was checked.
@@ -142,14 +144,25 @@ impl PagePool {
         let mut lines: Vec<WideNode> = bytemuck::zeroed_vec(len.div_ceil(size_of::<WideNode>()));
         let bytes = &mut bytemuck::cast_slice_mut(&mut lines)[..len];
         read_exact_at(&self.file, bytes, entry.offset).map_err(|e| error(e.into()))?;
-        let manifest = &self.pack.manifest;
-        check_page(bytes, id, entry, manifest.scene.geometries.len(), manifest.depth as usize)
-            .map_err(error)?;
+        self.check(bytes, id).map_err(error)?;
         self.counters.read.fetch_add(1, Ordering::Relaxed);
         self.counters.bytes_read.fetch_add(len as u64, Ordering::Relaxed);
         self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
         *self.slot(id) = Some(Arc::new(Page { lines, len, _memory: Some(memory) }));
         Ok(true)
+    }
+
+    /// Checks the bytes of a page; all of it when it comes for the first time.
+    fn check(&self, bytes: &[u8], id: PageId) -> Result<(), PackError> {
+        let entry = &self.pack.directory[id as usize];
+        let was_good = &self.slots[id as usize].was_good;
+        if was_good.load(Ordering::Relaxed) {
+            return check_checksum(bytes, id, entry);
+        }
+        let manifest = &self.pack.manifest;
+        check_page(bytes, id, entry, manifest.scene.geometries.len(), manifest.depth as usize)?;
+        was_good.store(true, Ordering::Relaxed);
+        Ok(())
     }
 
     /// Takes `bytes` of the budget; pages go for that.
