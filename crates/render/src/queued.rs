@@ -16,7 +16,9 @@ use crate::{
 };
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{PageQueues, Parcel, Work};
-use raystrips_tracer::{Cursor, OpenError, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of};
+use raystrips_tracer::{
+    Buffered, Cursor, OpenError, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of,
+};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -292,24 +294,24 @@ impl<'a> Worker<'a> {
         let before = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
         let begin = Instant::now();
         let Worker { set_aside, deposits, answers, .. } = self;
-        tracer.occluded(
-            &self.shadow,
-            &mut self.shadow_cursor,
+        tracer.occluded(Buffered {
+            rays: &self.shadow,
+            cursor: &mut self.shadow_cursor,
             most,
-            &mut |light, _, hit| {
+            done: &mut |light, _, hit| {
                 if !hit.is_hit() {
                     deposits.add(light.pixel, light.contribution);
                 }
             },
-            &mut |page, put| put(&mut set_aside.entry(page).or_default().shadow),
-        );
-        tracer.intersect(
-            &self.closest,
-            &mut self.closest_cursor,
+            aside: &mut |page, put| put(&mut set_aside.entry(page).or_default().shadow),
+        });
+        tracer.intersect(Buffered {
+            rays: &self.closest,
+            cursor: &mut self.closest_cursor,
             most,
-            &mut |path, ray, hit| answers.push(Answer { path, ray, hit }),
-            &mut |page, put| put(&mut set_aside.entry(page).or_default().closest),
-        );
+            done: &mut |path, ray, hit| answers.push(Answer { path, ray, hit }),
+            aside: &mut |page, put| put(&mut set_aside.entry(page).or_default().closest),
+        });
         self.stats.seconds.trace += begin.elapsed().as_secs_f64();
         let after = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
         let answered = self.answers.len();

@@ -209,50 +209,35 @@ impl<'v> VisitTracer<'v> {
         VisitTracer { visit, kernel: Kernel::best(), closest: Walks(None), any: Walks(None) }
     }
 
-    /// Closest hits of `most` of `rays` from `cursor` on, as [`Tracer::intersect`] finds them: `done` gets errand, ray and
-    /// hit of those that come to their end, in any order. For each of the others `aside` is asked to put it into a buffer
-    /// for the page that it waits for.
-    pub fn intersect<E: Copy>(
-        &mut self,
-        rays: &RayBuffer<E>,
-        cursor: &mut Cursor,
-        most: usize,
-        done: &mut dyn FnMut(E, Ray, Hit),
-        aside: &mut SetAside<E>,
-    ) {
-        let end = cursor.next + most;
-        let mut jobs = Buffered { rays, cursor, end, done, aside };
-        visiting_stream(self.kernel, self.visit, self.closest.get(self.visit), &mut jobs);
+    /// Closest hits, as [`Tracer::intersect`] finds them.
+    pub fn intersect<E: Copy>(&mut self, mut rays: Buffered<E>) {
+        visiting_stream(self.kernel, self.visit, self.closest.get(self.visit), &mut rays);
     }
 
-    /// The same for any hit.
-    pub fn occluded<E: Copy>(
-        &mut self,
-        rays: &RayBuffer<E>,
-        cursor: &mut Cursor,
-        most: usize,
-        done: &mut dyn FnMut(E, Ray, Hit),
-        aside: &mut SetAside<E>,
-    ) {
-        let end = cursor.next + most;
-        let mut jobs = Buffered { rays, cursor, end, done, aside };
-        visiting_stream(self.kernel, self.visit, self.any.get(self.visit), &mut jobs);
+    /// Any hits.
+    pub fn occluded<E: Copy>(&mut self, mut rays: Buffered<E>) {
+        visiting_stream(self.kernel, self.visit, self.any.get(self.visit), &mut rays);
     }
 }
 
-/// Rays of a buffer.
-struct Buffered<'a, E> {
-    rays: &'a RayBuffer<E>,
-    cursor: &'a mut Cursor,
-    /// No ray from this number on.
-    end: usize,
-    done: &'a mut dyn FnMut(E, Ray, Hit),
-    aside: &'a mut SetAside<'a, E>,
+/// Rays of a buffer to be traced, and who gets what becomes of them.
+pub struct Buffered<'a, E> {
+    /// The buffer.
+    pub rays: &'a RayBuffer<E>,
+    /// Where to begin; afterwards behind the last ray that was traced.
+    pub cursor: &'a mut Cursor,
+    /// How many at most.
+    pub most: usize,
+    /// Gets errand, ray and hit of those that come to their end, in any order.
+    pub done: &'a mut dyn FnMut(E, Ray, Hit),
+    /// Is asked to put each of the others into a buffer for the page that it waits for.
+    pub aside: &'a mut SetAside<'a, E>,
 }
 
 impl<E: Copy> Jobs for Buffered<'_, E> {
     fn next(&mut self) -> Option<(usize, Start<'_>)> {
-        while self.cursor.next < self.end {
+        while self.most > 0 {
+            self.most -= 1;
             let (errand, waiting) = self.rays.take_next(self.cursor)?;
             if waiting.ray.is_valid() {
                 return Some((self.cursor.next - 1, Start::Waiting(waiting)));

@@ -24,7 +24,7 @@ mod strip;
 mod walk;
 mod window;
 
-pub use kernel::{Kernel, Tracer, VisitTracer};
+pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Visit};
