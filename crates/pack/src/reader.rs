@@ -175,7 +175,18 @@ impl Pack {
         let trees =
             check_nodes(&self.top_nodes, depth_limit, |n| check_boxes(&n.boxes), |n| n.child.map(child))
                 .map_err(|what| wrong(&what))?;
-        if trees == 1 { Ok(()) } else { Err(wrong("not one tree")) }
+        if trees != 1 {
+            return Err(wrong("not one tree"));
+        }
+        let mut is_child = vec![false; self.top_entries.len()];
+        let entries =
+            self.top_nodes.iter().flat_map(|n| n.child).filter(|c| c & TopNode::KIND == TopNode::ENTRY);
+        for entry in entries {
+            if std::mem::replace(&mut is_child[(entry & !TopNode::KIND) as usize], true) {
+                return Err(wrong("an entry below two nodes"));
+            }
+        }
+        Ok(())
     }
 
     fn has_entry(&self, i: usize) -> bool {

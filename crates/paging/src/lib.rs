@@ -6,6 +6,7 @@
 //! are, read and checked when somebody asks for them.
 
 mod file_bytes;
+mod parents;
 mod pool;
 
 pub use pool::{PagePool, PoolCounts, Visit};

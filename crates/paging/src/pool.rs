@@ -5,6 +5,7 @@
 //! is held for as long as it takes to copy a pointer.
 
 use crate::OpenError;
+use crate::parents::Parents;
 use elsa::FrozenMap;
 use raystrips_extmem::disk::{advise_random, read_exact_at};
 use raystrips_extmem::{MemoryBudget, Reservation};
@@ -26,6 +27,7 @@ pub struct PagePool {
     path: PathBuf,
     file: File,
     slots: Vec<Slot>,
+    parents: Parents,
     /// The next page that may have to go (the hand of CLOCK; Corbató 1968).
     hand: Mutex<usize>,
     budget: MemoryBudget,
@@ -90,6 +92,7 @@ impl PagePool {
             advise_random(&file);
             Ok(PagePool {
                 slots: pack.directory.iter().map(|_| Slot::default()).collect(),
+                parents: Parents::of(&pack),
                 path: path.to_owned(),
                 file,
                 hand: Mutex::new(0),
@@ -106,6 +109,17 @@ impl PagePool {
     /// The resident part of the pack.
     pub fn pack(&self) -> &Pack {
         &self.pack
+    }
+
+    /// The node above the child with this link, the way back up for rays that were set aside.
+    #[inline]
+    pub fn parent(&self, link: u32) -> u32 {
+        self.parents.get(link)
+    }
+
+    /// Bytes of memory that it takes apart from pages, at about.
+    pub fn resident_bytes(pack: &Pack) -> u64 {
+        pack.resident_bytes() + Parents::bytes(pack) + (pack.directory.len() * size_of::<Slot>()) as u64
     }
 
     /// Pages of the mean size that fit in memory.

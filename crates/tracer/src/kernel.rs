@@ -4,7 +4,7 @@
 
 use crate::packet::{PACKET, Packet};
 use crate::pages::Pages;
-use crate::rays::{Cursor, RayBuffer, Subtree};
+use crate::rays::{Cursor, RayBuffer};
 use crate::scene::Scene;
 use crate::simd::Simd;
 #[cfg(target_arch = "x86_64")]
@@ -185,7 +185,7 @@ impl<D: FnMut(usize, Hit)> Jobs for Batch<'_, D> {
         (self.done)(number, hit);
     }
 
-    fn set_aside(&mut self, _: usize, page: PageId, _: Hit, _: (u32, &mut dyn Iterator<Item = Subtree>)) {
+    fn set_aside(&mut self, _: usize, page: PageId, _: Hit, _: u32) {
         unreachable!("page {page} of a scene is in memory, as all are")
     }
 }
@@ -252,15 +252,9 @@ impl<E: Copy> Jobs for Buffered<'_, E> {
         (self.done)(errand, ray, hit);
     }
 
-    fn set_aside(
-        &mut self,
-        number: usize,
-        page: PageId,
-        best: Hit,
-        (link, subtrees): (u32, &mut dyn Iterator<Item = Subtree>),
-    ) {
+    fn set_aside(&mut self, number: usize, page: PageId, best: Hit, link: u32) {
         let ray = self.rays.ray(number);
-        (self.aside)(page, &mut |buffer| buffer.push_waiting(ray, best, (link, &mut *subtrees)));
+        (self.aside)(page, &mut |buffer| buffer.push_waiting(ray, best, link));
     }
 }
 

@@ -15,6 +15,9 @@ pub(crate) trait Pages<'s>: Copy {
     /// Page `id`; none if it is not in memory.
     fn page(self, id: PageId) -> Option<PageView<'s>>;
 
+    /// The node above the child with this link.
+    fn parent(self, link: u32) -> u32;
+
     /// Any page, to have one.
     fn some_page(self) -> PageView<'s>;
 }
@@ -33,6 +36,10 @@ impl<'s> Pages<'s> for &'s Scene {
     #[inline(always)]
     fn page(self, id: PageId) -> Option<PageView<'s>> {
         Some(Scene::page(self, id))
+    }
+
+    fn parent(self, _: u32) -> u32 {
+        unreachable!("no ray waits where all pages are in memory")
     }
 
     fn some_page(self) -> PageView<'s> {
@@ -54,6 +61,11 @@ impl<'s> Pages<'s> for &'s Visit<'s> {
     #[inline(always)]
     fn page(self, id: PageId) -> Option<PageView<'s>> {
         Visit::page(self, id)
+    }
+
+    #[inline(always)]
+    fn parent(self, link: u32) -> u32 {
+        self.pool().parent(link)
     }
 
     fn some_page(self) -> PageView<'s> {

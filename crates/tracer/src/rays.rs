@@ -1,83 +1,73 @@
-//! Rays that wait for pages.
+//! Rays that wait for pages: little memory for each, since that is what decides how many may wait, and so for how many
+//! rays a page is read.
 
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::TopNode;
 
-/// A subtree above the pages that a ray has not looked into yet.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Subtree {
-    /// Where the ray enters it, as a key.
-    pub key: u32,
-    pub link: u32,
-}
-
-/// A ray on its way, set aside above the pages.
+/// A ray on its way, set aside above the pages. What it has still to look into follows from where it is, since the
+/// subtrees of a node are looked into in an order that depends on the ray alone.
 #[derive(Debug)]
 pub(crate) struct WaitingRay<'a> {
     pub ray: &'a Ray,
-    /// The hit so far; a distance without a triangle is up to where one would matter.
+    /// The hit so far, [`Hit::MISS`] if there is none.
     pub best: Hit,
-    /// What is next.
+    /// What is next: a link of a [`TopNode`].
     pub link: u32,
-    /// What waits behind `link`, the nearest last.
-    pub subtrees: &'a [Subtree],
 }
 
 /// Rays that wait, each with an errand: what is to be done with its hit.
 #[derive(Debug)]
 pub struct RayBuffer<E> {
     records: Vec<Record<E>>,
-    /// Of all rays, one after the other.
-    subtrees: Vec<Subtree>,
+    /// Of those rays that have a hit.
+    hits: Vec<Hit>,
 }
 
 /// A place in a [`RayBuffer`], from its beginning on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cursor {
     pub(crate) next: usize,
-    /// Where the subtrees of the next one begin.
-    subtree: usize,
+    /// Where the hits of the next rays begin.
+    hit: usize,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Record<E> {
     errand: E,
     ray: Ray,
-    best: Hit,
+    /// What is next, with [`HAS_HIT`].
     link: u32,
-    subtree_count: u32,
 }
+
+/// The bit of a link that no kind of child has.
+const HAS_HIT: u32 = 1 << 31;
 
 impl<E> Default for RayBuffer<E> {
     fn default() -> RayBuffer<E> {
-        RayBuffer { records: Vec::new(), subtrees: Vec::new() }
+        RayBuffer { records: Vec::new(), hits: Vec::new() }
     }
 }
 
 impl<E: Copy> RayBuffer<E> {
     /// Adds a ray that is at its beginning. Rays that are not [valid](Ray::is_valid) miss.
     pub fn push(&mut self, ray: Ray, errand: E) {
-        let best = Hit { t: ray.tfar, ..Hit::MISS };
-        self.records.push(Record { errand, ray, best, link: TopNode::NODE, subtree_count: 0 });
+        self.records.push(Record { errand, ray, link: TopNode::NODE });
     }
 
     /// Adds a ray that is on its way.
-    pub(crate) fn push_waiting(
-        &mut self,
-        (errand, ray): (E, Ray),
-        best: Hit,
-        (link, subtrees): (u32, impl Iterator<Item = Subtree>),
-    ) {
-        let before = self.subtrees.len();
-        self.subtrees.extend(subtrees);
-        let subtree_count = (self.subtrees.len() - before) as u32;
-        self.records.push(Record { errand, ray, best, link, subtree_count });
+    pub(crate) fn push_waiting(&mut self, (errand, ray): (E, Ray), best: Hit, link: u32) {
+        let mut record = Record { errand, ray, link };
+        if best.is_hit() {
+            record.link |= HAS_HIT;
+            self.hits.push(best);
+        }
+        self.records.push(record);
     }
 
-    /// Takes over all of `other`.
+    /// Takes over all of `other`, in little more memory than it needs.
     pub fn append(&mut self, other: &mut RayBuffer<E>) {
-        self.records.append(&mut other.records);
-        self.subtrees.append(&mut other.subtrees);
+        append(&mut self.records, &mut other.records);
+        append(&mut self.hits, &mut other.hits);
     }
 
     /// Rays in it.
@@ -93,12 +83,12 @@ impl<E: Copy> RayBuffer<E> {
     /// Removes all.
     pub fn clear(&mut self) {
         self.records.clear();
-        self.subtrees.clear();
+        self.hits.clear();
     }
 
     /// Bytes of memory that it takes.
     pub fn bytes(&self) -> usize {
-        self.records.capacity() * size_of::<Record<E>>() + self.subtrees.capacity() * size_of::<Subtree>()
+        self.records.capacity() * size_of::<Record<E>>() + self.hits.capacity() * size_of::<Hit>()
     }
 
     /// Rays from `cursor` on.
@@ -108,14 +98,27 @@ impl<E: Copy> RayBuffer<E> {
 
     /// The ray at `cursor`, which moves on.
     pub(crate) fn take_next(&self, cursor: &mut Cursor) -> Option<(E, WaitingRay<'_>)> {
-        let Record { errand, ray, best, link, subtree_count } = self.records.get(cursor.next)?;
-        let end = cursor.subtree + *subtree_count as usize;
-        let subtrees = &self.subtrees[cursor.subtree..end];
-        *cursor = Cursor { next: cursor.next + 1, subtree: end };
-        Some((*errand, WaitingRay { ray, best: *best, link: *link, subtrees }))
+        let Record { errand, ray, link } = self.records.get(cursor.next)?;
+        cursor.next += 1;
+        let mut best = Hit::MISS;
+        if link & HAS_HIT != 0 {
+            best = self.hits[cursor.hit];
+            cursor.hit += 1;
+        }
+        Some((*errand, WaitingRay { ray, best, link: link & !HAS_HIT }))
     }
 
     pub(crate) fn ray(&self, i: usize) -> (E, Ray) {
         (self.records[i].errand, self.records[i].ray)
     }
+}
+
+/// Moves all of `from` to the end of `to`, which grows by an eighth at least: doubling would leave a quarter of the
+/// memory unused.
+fn append<T>(to: &mut Vec<T>, from: &mut Vec<T>) {
+    let len = to.len() + from.len();
+    if len > to.capacity() {
+        to.reserve_exact(from.len() + to.len() / 8);
+    }
+    to.append(from);
 }

@@ -6,7 +6,7 @@
 //! kind of step comes next is not a branch but a list to append to.
 
 use crate::pages::Pages;
-use crate::rays::{Subtree, WaitingRay};
+use crate::rays::WaitingRay;
 use crate::simd::Simd;
 use crate::walk::{Step, Walk};
 use crate::window::Candidates;
@@ -69,14 +69,8 @@ pub(crate) trait Jobs {
     /// Gets the hit of a ray.
     fn done(&mut self, number: usize, hit: Hit);
 
-    /// Gets a ray that cannot go on before `page` is in memory: its hit so far, what is next and what waits behind that.
-    fn set_aside(
-        &mut self,
-        number: usize,
-        page: PageId,
-        best: Hit,
-        rest: (u32, &mut dyn Iterator<Item = Subtree>),
-    );
+    /// Gets a ray that cannot go on before `page` is in memory: its hit so far and the link of what is next.
+    fn set_aside(&mut self, number: usize, page: PageId, best: Hit, link: u32);
 }
 
 /// No ray.
@@ -134,7 +128,8 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
                     walks[i].prefetch(s);
                     lists[Step::NODE].push(i);
                 } else {
-                    set_aside(pages, &walks[i], std::mem::replace(&mut ray_of[i], NONE), jobs);
+                    let number = std::mem::replace(&mut ray_of[i], NONE);
+                    jobs.set_aside(number, walks[i].page_ahead(pages), walks[i].hit(), walks[i].link());
                     lists[Step::DONE].push(i);
                 }
             }
@@ -157,17 +152,6 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
             return;
         }
     }
-}
-
-#[inline(never)]
-fn set_aside<'s, const ANY: bool>(
-    pages: impl Pages<'s>,
-    walk: &Walk<'s, ANY>,
-    number: usize,
-    jobs: &mut dyn Jobs,
-) {
-    let (link, mut subtrees) = walk.set_aside();
-    jobs.set_aside(number, walk.page_ahead(pages), walk.best(), (link, &mut subtrees));
 }
 
 /// Tests the strips that walks wait for, each kind of work for all of them before the next.

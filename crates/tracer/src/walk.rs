@@ -6,7 +6,7 @@
 use crate::boxes::{RayGrid, page_slabs, top_slabs, top_slack};
 use crate::pages::Pages;
 use crate::prepared::PreparedRay;
-use crate::rays::{Subtree, WaitingRay};
+use crate::rays::WaitingRay;
 use crate::scene::Locator;
 use crate::simd::{LANES, Simd, greatest_key};
 use crate::strip::{StripHits, test_long_strip};
@@ -144,22 +144,40 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn wake<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, waiting: &WaitingRay) {
         self.begin(s, pages, waiting.ray);
-        self.best.hit = waiting.best;
-        self.best.greatest_key = greatest_key(waiting.best.t);
-        self.link = waiting.link;
-        for (i, subtree) in waiting.subtrees.iter().enumerate() {
-            self.waiting.keys[1 + i] = subtree.key;
-            self.waiting.links[1 + i] = subtree.link;
+        if waiting.link != TopNode::NODE {
+            self.recover_stack(s, pages, waiting.link);
         }
-        self.waiting.len = 1 + waiting.subtrees.len();
+        self.link = waiting.link;
+        if waiting.best.is_hit() {
+            self.best.hit = waiting.best;
+            self.best.greatest_key = greatest_key(waiting.best.t);
+        }
     }
 
-    /// What is next, and what waits behind it and still matters, of a walk that is set aside above the pages.
-    pub fn set_aside(&self) -> (u32, impl Iterator<Item = Subtree> + '_) {
-        let greatest = self.best.greatest_key;
-        let waiting = 1..self.waiting.len;
-        let subtree = |i: usize| Subtree { key: self.waiting.keys[i], link: self.waiting.links[i] };
-        (self.link, waiting.map(subtree).filter(move |subtree| subtree.key <= greatest))
+    /// Finds again what waits behind `link`: of each node above it, the children that are farther than the one that leads
+    /// there. Some may be behind the hit by now; they go when it is their turn.
+    #[inline(always)]
+    fn recover_stack<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, link: u32) {
+        let mut way = [link; MAX_DEPTH + 1];
+        let mut len = 1;
+        while way[len - 1] != TopNode::NODE {
+            way[len] = TopNode::NODE | pages.parent(way[len - 1]);
+            len += 1;
+        }
+        for step in (1..len).rev() {
+            self.link = way[step];
+            let begin = self.waiting.len;
+            self.step_top(s, pages);
+            let met = &self.waiting.links[begin..self.waiting.len];
+            // Only a ray of another scene would not meet it again.
+            let farther = met.iter().position(|&child| child == way[step - 1]).unwrap_or(met.len());
+            self.waiting.len = begin + farther;
+        }
+    }
+
+    /// What is next, of a walk that is set aside above the pages.
+    pub fn link(&self) -> u32 {
+        self.link
     }
 
     /// The page that is entered next, when the next step is [`Step::ENTER`].

@@ -78,6 +78,7 @@ fn claims_above_the_pages_are_checked() {
     refused(&top_child(0, 1), "leads to no page");
     refused(&top_child(0, TopNode::ENTRY), "not one tree");
     refused(&top_child(1, TopNode::ENTRY | 2), "leads to no page");
+    refused(&top_child(1, TopNode::ENTRY), "an entry below two nodes");
     refused(&with("section 4", 0, |x: &mut f32| *x = f32::NAN), "corner of an emitter is not finite");
     refused(&with("section 4", 9, |g: &mut u32| *g = 2), "an emitter has no geometry");
     refused(&with("section 5", 4, |id: &mut u8| *id |= 3), "triangle id 1 names a corner");
