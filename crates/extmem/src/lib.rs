@@ -3,6 +3,7 @@
 //!
 //! Knows nothing of meshes.
 
+mod block_file;
 mod budget;
 pub mod disk;
 mod journal;
@@ -11,6 +12,7 @@ mod sort;
 mod spool;
 mod system;
 
+pub use block_file::{BlockBuffer, BlockFile};
 pub use budget::{MemoryBudget, Reservation};
 pub use journal::Journal;
 pub use scratch::{Begun, ScratchDir};

@@ -6,10 +6,15 @@
 //! are, read and checked when somebody asks for them.
 
 mod file_bytes;
+mod page;
 mod parents;
 mod pool;
+mod runs;
+mod visit;
 
-pub use pool::{PagePool, PoolCounts, Visit};
+pub use pool::{PagePool, PoolCounts};
+pub use runs::Runs;
+pub use visit::Visit;
 
 use file_bytes::FileBytes;
 use rayon::prelude::*;

@@ -5,15 +5,13 @@
 //! is held for as long as it takes to copy a pointer.
 
 use crate::OpenError;
+use crate::page::Page;
 use crate::parents::Parents;
-use elsa::FrozenMap;
-use raystrips_extmem::disk::{advise_random, read_exact_at};
-use raystrips_extmem::{MemoryBudget, Reservation};
-use raystrips_pack::layout::PageHeader;
-use raystrips_pack::{Pack, PackError, PageId, PageView, WideNode, check_checksum, check_page};
-use std::cell::Cell;
+use crate::visit::Visit;
+use raystrips_extmem::{BlockBuffer, BlockFile, MemoryBudget, Reservation, spare_memory};
+use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, check_checksum, check_page};
 use std::fs::File;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,7 +23,7 @@ const OVERHEAD_BYTES: u64 = 4096;
 pub struct PagePool {
     pack: Pack,
     path: PathBuf,
-    file: File,
+    file: BlockFile,
     slots: Vec<Slot>,
     parents: Parents,
     /// The next page that may have to go (the hand of CLOCK; Corbató 1968).
@@ -44,22 +42,6 @@ struct Slot {
     is_used: AtomicBool,
     /// It came before, and all of it was checked: the checksum tells if these are the same bytes.
     was_good: AtomicBool,
-}
-
-/// A page in memory that was checked.
-struct Page {
-    /// Whole cache lines, for the alignment.
-    lines: Vec<WideNode>,
-    len: usize,
-    /// Its share of the budget.
-    _memory: Option<Reservation>,
-}
-
-impl Page {
-    fn view(&self) -> PageView<'_> {
-        PageView::new(&bytemuck::cast_slice(&self.lines)[..self.len])
-            .expect("pages are checked when they come")
-    }
 }
 
 #[derive(Default)]
@@ -89,16 +71,16 @@ impl PagePool {
         let open = || {
             let mut file = File::open(path)?;
             let pack = Pack::open(&mut file)?;
-            advise_random(&file);
+            let is_large = spare_memory().is_some_and(|spare| pack.file_bytes > spare);
             Ok(PagePool {
                 slots: pack.directory.iter().map(|_| Slot::default()).collect(),
                 parents: Parents::of(&pack),
                 path: path.to_owned(),
-                file,
+                file: BlockFile::open(path, is_large)?,
                 hand: Mutex::new(0),
                 budget: MemoryBudget::new(bytes),
                 most_bytes: bytes,
-                blank: blank(),
+                blank: Page::blank(),
                 counters: Counters::default(),
                 pack,
             })
@@ -139,36 +121,52 @@ impl PagePool {
 
     /// Begins to look at pages.
     pub fn visit(&self) -> Visit<'_> {
-        Visit { pool: self, seen: FrozenMap::default(), count: Cell::new(0) }
+        Visit::new(self)
     }
 
-    /// Reads page `id` and checks it, unless it is there. Pages that were not used for long go. False, and nothing done,
-    /// where visits hold all memory: it is there when they end.
+    /// A page without anything in it.
+    pub(crate) fn blank(&self) -> PageView<'_> {
+        self.blank.view()
+    }
+
+    /// Page `id` if it is in memory.
+    pub(crate) fn get(&self, id: PageId) -> Option<Arc<Page>> {
+        let page = self.slot(id).clone()?;
+        self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
+        self.counters.hits.fetch_add(1, Ordering::Relaxed);
+        Some(page)
+    }
+
+    /// Reads those of `pages` that are not there, in one go, and checks them. Pages that were not used for long go. False,
+    /// and nothing done, where visits hold all memory: it is there when they end. `buffer` is for what is read.
     ///
     /// # Errors
-    /// If the page cannot be read or is damaged.
-    pub fn load(&self, id: PageId) -> Result<bool, OpenError> {
-        if self.slot(id).is_some() {
-            return Ok(true);
-        }
-        let entry = &self.pack.directory[id as usize];
-        let Some(memory) = self.make_room(u64::from(entry.bytes) + OVERHEAD_BYTES) else { return Ok(false) };
+    /// If a page cannot be read or is damaged.
+    pub fn load(&self, pages: Range<PageId>, buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
+        let absent: Vec<PageId> = pages.filter(|&id| self.slot(id).is_none()).collect();
+        let (Some(&first), Some(&last)) = (absent.first(), absent.last()) else { return Ok(true) };
+        let memory: Option<Vec<Reservation>> =
+            absent.iter().map(|&id| self.take(u64::from(self.entry(id).bytes) + OVERHEAD_BYTES)).collect();
+        let Some(memory) = memory else { return Ok(false) };
         let error = |source| OpenError { path: self.path.clone(), source };
-        let len = entry.bytes as usize;
-        let mut lines: Vec<WideNode> = bytemuck::zeroed_vec(len.div_ceil(size_of::<WideNode>()));
-        let bytes = &mut bytemuck::cast_slice_mut(&mut lines)[..len];
-        read_exact_at(&self.file, bytes, entry.offset).map_err(|e| error(e.into()))?;
-        self.check(bytes, id).map_err(error)?;
-        self.counters.read.fetch_add(1, Ordering::Relaxed);
-        self.counters.bytes_read.fetch_add(len as u64, Ordering::Relaxed);
-        self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
-        *self.slot(id) = Some(Arc::new(Page { lines, len, _memory: Some(memory) }));
+        let begin = self.entry(first).offset;
+        let end = self.entry(last).offset + u64::from(self.entry(last).bytes);
+        let bytes = self.file.read(begin..end, buffer).map_err(|e| error(e.into()))?;
+        for (id, memory) in absent.into_iter().zip(memory) {
+            let entry = self.entry(id);
+            let bytes = &bytes[(entry.offset - begin) as usize..][..entry.bytes as usize];
+            self.check(bytes, id).map_err(error)?;
+            self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
+            *self.slot(id) = Some(Arc::new(Page::new(bytes, memory)));
+            self.counters.read.fetch_add(1, Ordering::Relaxed);
+            self.counters.bytes_read.fetch_add(u64::from(entry.bytes), Ordering::Relaxed);
+        }
         Ok(true)
     }
 
     /// Checks the bytes of a page; all of it when it comes for the first time.
     fn check(&self, bytes: &[u8], id: PageId) -> Result<(), PackError> {
-        let entry = &self.pack.directory[id as usize];
+        let entry = self.entry(id);
         let was_good = &self.slots[id as usize].was_good;
         if was_good.load(Ordering::Relaxed) {
             return check_checksum(bytes, id, entry);
@@ -179,8 +177,9 @@ impl PagePool {
         Ok(())
     }
 
-    /// Takes `bytes` of the budget; pages go for that.
-    fn make_room(&self, bytes: u64) -> Option<Reservation> {
+    /// Takes `bytes` of the memory of the pool, for a page or for something else; pages go for that. `None` where visits
+    /// hold too many.
+    pub fn take(&self, bytes: u64) -> Option<Reservation> {
         let mut hand = self.hand.lock().unwrap_or_else(PoisonError::into_inner);
         // In two rounds every page is asked once without having been used.
         for _ in 0..2 * self.slots.len() + 1 {
@@ -196,85 +195,11 @@ impl PagePool {
         None
     }
 
+    fn entry(&self, id: PageId) -> &PageEntry {
+        &self.pack.directory[id as usize]
+    }
+
     fn slot(&self, id: PageId) -> MutexGuard<'_, Option<Arc<Page>>> {
         self.slots[id as usize].page.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// A page without anything in it.
-fn blank() -> Page {
-    let header_lines = size_of::<PageHeader>().div_ceil(size_of::<WideNode>());
-    let mut lines: Vec<WideNode> = bytemuck::zeroed_vec(header_lines + 1);
-    let header = PageHeader {
-        nodes_offset: (header_lines * size_of::<WideNode>()) as u32,
-        max_windows: 1,
-        ..bytemuck::Zeroable::zeroed()
-    };
-    bytemuck::cast_slice_mut(&mut lines)[..size_of::<PageHeader>()]
-        .copy_from_slice(bytemuck::bytes_of(&header));
-    let len = lines.len() * size_of::<WideNode>();
-    Page { lines, len, _memory: None }
-}
-
-/// A look at pages: what it has seen stays in memory until it ends.
-pub struct Visit<'p> {
-    pool: &'p PagePool,
-    seen: FrozenMap<PageId, Arc<Page>, BuildHasherDefault<PageHasher>>,
-    count: Cell<usize>,
-}
-
-impl Visit<'_> {
-    /// The pool that it looks at.
-    pub fn pool(&self) -> &PagePool {
-        self.pool
-    }
-
-    /// Page `id` if it is in memory.
-    ///
-    /// # Panics
-    /// If there is no such page.
-    #[inline]
-    pub fn page(&self, id: PageId) -> Option<PageView<'_>> {
-        if let Some(page) = self.seen.get(&id) {
-            return Some(page.view());
-        }
-        let page = self.pool.slot(id).clone()?;
-        self.pool.slots[id as usize].is_used.store(true, Ordering::Relaxed);
-        self.pool.counters.hits.fetch_add(1, Ordering::Relaxed);
-        self.count.set(self.count.get() + 1);
-        Some(self.seen.insert(id, page).view())
-    }
-
-    /// Pages that it has seen.
-    pub fn len(&self) -> usize {
-        self.count.get()
-    }
-
-    /// True if it has seen none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// A page without anything in it.
-    pub fn blank(&self) -> PageView<'_> {
-        self.pool.blank.view()
-    }
-}
-
-/// Spreads page numbers (multiplication by the golden ratio; Knuth).
-#[derive(Default)]
-struct PageHasher(u64);
-
-impl Hasher for PageHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u32(byte.into()));
-    }
-
-    fn write_u32(&mut self, number: u32) {
-        self.0 = (self.0 ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
     }
 }

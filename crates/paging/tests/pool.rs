@@ -4,6 +4,7 @@
 #[path = "../../pack/tests/support/mod.rs"]
 mod support;
 
+use raystrips_extmem::BlockBuffer;
 use raystrips_pack::{PackError, PageId};
 use raystrips_paging::{PagePool, PageTable};
 use std::fs;
@@ -28,12 +29,12 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
     let pool = PagePool::open(&path, largest + 4096).unwrap();
     for id in 0..directory.len() as PageId {
         assert!(pool.visit().page(id).is_none());
-        assert!(pool.load(id).unwrap());
+        assert!(pool.load(id..id + 1, &mut BlockBuffer::default()).unwrap());
         let visit = pool.visit();
         let page = visit.page(id).unwrap();
         assert_eq!(bytemuck::bytes_of(page.header()), bytemuck::bytes_of(all.page(id).header()));
         let other = (id + 1) % directory.len() as PageId;
-        assert!(!pool.load(other).unwrap(), "the visit holds all memory");
+        assert!(!pool.load(other..other + 1, &mut BlockBuffer::default()).unwrap(), "the visit holds all memory");
         assert_eq!(visit.page(id).unwrap().strip_count(), all.page(id).strip_count());
     }
     let counts = pool.counts();
@@ -49,11 +50,11 @@ fn damaged_and_missing_pages_are_named() {
     let mut bytes = fs::read(&path).unwrap();
     bytes[entry.offset as usize + 40] ^= 1;
     fs::write(&path, &bytes).unwrap();
-    assert!(pool.load(0).unwrap());
-    let error = pool.load(1).unwrap_err();
+    assert!(pool.load(0..1, &mut BlockBuffer::default()).unwrap());
+    let error = pool.load(1..2, &mut BlockBuffer::default()).unwrap_err();
     assert!(matches!(error.source, PackError::CorruptPage { page: 1, .. }), "{error}");
     bytes.truncate(entry.offset as usize + 100);
     fs::write(&path, bytes).unwrap();
-    let error = pool.load(1).unwrap_err();
+    let error = pool.load(1..2, &mut BlockBuffer::default()).unwrap_err();
     assert!(matches!(error.source, PackError::Io(_)) && error.path == path, "{error}");
 }

@@ -32,7 +32,7 @@ pub use camera::frame_bounds;
 pub use film::{Film, MAX_CONTRIBUTION, PIXEL_BYTES};
 pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
-pub use queued::{QUEUED_THREAD_BYTES, render_queued};
+pub use queued::{QUEUED_THREAD_BYTES, QueueParams, render_queued};
 pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, render};
 pub use sampler::sample;
 pub use traced::{PagedWorld, TracedWorld};

@@ -30,6 +30,11 @@ impl PathSampler {
         PathSampler { key: mix(mix(seed) ^ pixel), sample_index }
     }
 
+    /// Which sample of its pixel the path is.
+    pub fn sample_index(&self) -> u32 {
+        self.sample_index
+    }
+
     /// A point of the unit square; `pair` numbers the pairs of dimensions.
     pub fn get_2d(&self, pair: u32) -> [f32; 2] {
         let shuffle = mix(self.key.wrapping_add(u64::from(pair).wrapping_mul(GAMMA)));

@@ -21,10 +21,21 @@ pub trait Parcel: Default + Send {
 /// What a worker is to do.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Work<P> {
-    /// Go on with the rays that waited for a page.
+    /// Go on with rays that waited for pages which have come.
     Serve(P),
     /// Start a batch of rays, the one of this number.
     Start(u64),
+}
+
+/// How much of what there is at once.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Rays are started while those that wait take less. What is under way already may become more.
+    pub start_bytes: usize,
+    /// Queues whose pages have come are served together up to this size, so that there are many rays at a time.
+    pub serve_bytes: usize,
+    /// Most pages that are read or have come while nobody goes on with their rays: the queues of others grow meanwhile.
+    pub read_ahead: usize,
 }
 
 /// Queues of rays, one for each page, for workers that trace and readers that bring pages.
@@ -57,34 +68,33 @@ struct State<P> {
     waiting: BTreeSet<(usize, u32)>,
     arrived: VecDeque<u32>,
     reading: usize,
-    /// Most pages that are read or have come while no worker has taken their rays: queues of others grow meanwhile.
-    read_ahead: usize,
+    limits: Limits,
+    /// Those that sleep.
+    idle_workers: usize,
+    idle_readers: usize,
     /// Workers that have work.
     at_work: usize,
-    /// Bytes of all queues.
+    /// Bytes of all queues, and of what workers got from them.
     bytes: usize,
-    /// From here on nothing is started.
-    most_bytes: usize,
     next_start: u64,
     starts: u64,
     is_stopped: bool,
 }
 
 impl<P: Parcel> PageQueues<P> {
-    /// Empty queues for so many pages and `starts` batches of rays, which are started while queues have less than
-    /// `most_bytes`. What is under way already may make them longer. Not more than `read_ahead` pages are read or have come
-    /// while nobody goes on with their rays.
-    pub fn new(pages: usize, starts: u64, most_bytes: usize, read_ahead: usize) -> PageQueues<P> {
+    /// Empty queues for so many pages and `starts` batches of rays.
+    pub fn new(pages: usize, starts: u64, limits: Limits) -> PageQueues<P> {
         let state = State {
             queues: (0..pages).map(|_| P::default()).collect(),
             stages: vec![Stage::Idle; pages],
             waiting: BTreeSet::new(),
             arrived: VecDeque::new(),
             reading: 0,
-            read_ahead,
+            limits,
+            idle_workers: 0,
+            idle_readers: 0,
             at_work: 0,
             bytes: 0,
-            most_bytes,
             next_start: 0,
             starts,
             is_stopped: false,
@@ -105,7 +115,9 @@ impl<P: Parcel> PageQueues<P> {
                 self.reads.notify_all();
                 return None;
             }
+            state.idle_workers += 1;
             state = self.work.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state.idle_workers -= 1;
         }
     }
 
@@ -117,14 +129,24 @@ impl<P: Parcel> PageQueues<P> {
         work
     }
 
-    /// Ends a work, of which these rays are left, by the page that they wait for.
-    pub fn finish(&self, left: impl Iterator<Item = (u32, P)>) {
+    /// Ends a work whose rays took `served_bytes`, of which these rays are left, by the page that they wait for; they are
+    /// taken out of their parcels.
+    pub fn finish<'a>(&self, served_bytes: usize, left: impl Iterator<Item = (u32, &'a mut P)>)
+    where
+        P: 'a,
+    {
         let mut state = self.lock();
         state.at_work -= 1;
-        for (page, mut rays) in left {
-            state.add(page, &mut rays);
+        state.bytes -= served_bytes;
+        for (page, rays) in left {
+            state.add(page, rays);
         }
         self.wake_one_each(&state);
+    }
+
+    /// Bytes of all rays that wait or are served.
+    pub fn bytes(&self) -> usize {
+        self.lock().bytes
     }
 
     /// The page to read next, or `None` when all is done. Waits for it. It must have [arrived](PageQueues::arrived), or be
@@ -142,7 +164,9 @@ impl<P: Parcel> PageQueues<P> {
                 self.wake_one_each(&state);
                 return Some(page);
             }
+            state.idle_readers += 1;
             state = self.reads.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state.idle_readers -= 1;
         }
     }
 
@@ -152,7 +176,7 @@ impl<P: Parcel> PageQueues<P> {
         state.reading -= 1;
         state.stages[page as usize] = Stage::Arrived;
         state.arrived.push_back(page);
-        self.work.notify_one();
+        self.wake_one_each(&state);
     }
 
     /// A page could not be read now.
@@ -173,10 +197,11 @@ impl<P: Parcel> PageQueues<P> {
 
     /// Wakes a worker and a reader where there is something for them; who comes wakes the next one.
     fn wake_one_each(&self, state: &State<P>) {
-        if state.can_work() {
+        // To wake nobody would be a system call.
+        if state.idle_workers > 0 && state.can_work() {
             self.work.notify_one();
         }
-        if state.can_read() {
+        if state.idle_readers > 0 && state.can_read() {
             self.reads.notify_one();
         }
     }
@@ -191,19 +216,30 @@ impl<P: Parcel> State<P> {
         if self.is_stopped {
             return None;
         }
-        let work = if let Some(page) = self.arrived.pop_front() {
-            self.stages[page as usize] = Stage::Idle;
-            let rays = std::mem::take(&mut self.queues[page as usize]);
-            self.bytes -= rays.bytes();
-            Work::Serve(rays)
-        } else if self.can_start() {
+        let work = if self.can_start() {
             self.next_start += 1;
             Work::Start(self.next_start - 1)
+        } else if let Some(page) = self.arrived.pop_front() {
+            let mut rays = self.take_queue(page);
+            while rays.bytes() < self.limits.serve_bytes
+                && let Some(page) = self.arrived.pop_front()
+            {
+                let mut more = self.take_queue(page);
+                let before = rays.bytes() + more.bytes();
+                rays.append(&mut more);
+                self.bytes = self.bytes + rays.bytes() - before;
+            }
+            Work::Serve(rays)
         } else {
             return None;
         };
         self.at_work += 1;
         Some(work)
+    }
+
+    fn take_queue(&mut self, page: u32) -> P {
+        self.stages[page as usize] = Stage::Idle;
+        std::mem::take(&mut self.queues[page as usize])
     }
 
     fn add(&mut self, page: u32, rays: &mut P) {
@@ -221,7 +257,7 @@ impl<P: Parcel> State<P> {
     }
 
     fn can_start(&self) -> bool {
-        self.next_start < self.starts && (self.bytes < self.most_bytes || self.is_quiet())
+        self.next_start < self.starts && (self.bytes < self.limits.start_bytes || self.is_quiet())
     }
 
     fn can_work(&self) -> bool {
@@ -229,7 +265,7 @@ impl<P: Parcel> State<P> {
     }
 
     fn can_read(&self) -> bool {
-        !self.waiting.is_empty() && self.reading + self.arrived.len() < self.read_ahead
+        !self.waiting.is_empty() && self.reading + self.arrived.len() < self.limits.read_ahead
     }
 
     /// True if no ray is under way anywhere.
@@ -256,36 +292,60 @@ mod tests {
         }
     }
 
+    fn limits(start_bytes: usize, read_ahead: usize) -> Limits {
+        Limits { start_bytes, serve_bytes: 1, read_ahead }
+    }
+
+    fn finish(queues: &PageQueues<Vec<u8>>, served: usize, left: &[(u32, &[u8])]) {
+        let mut left: Vec<(u32, Vec<u8>)> = left.iter().map(|(page, rays)| (*page, rays.to_vec())).collect();
+        queues.finish(served, left.iter_mut().map(|(page, rays)| (*page, rays)));
+        assert!(left.iter().all(|(_, rays)| rays.is_empty()));
+    }
+
     #[test]
     fn the_longest_queue_is_read_first_and_served_whole() {
-        let queues = PageQueues::<Vec<u8>>::new(3, 2, 4, 2);
+        let queues = PageQueues::new(3, 2, limits(4, 2));
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         assert_eq!(queues.try_next_work(), Some(Work::Start(1)));
-        queues.finish([(0, vec![1]), (2, vec![2, 3])].into_iter());
-        queues.finish([(0, vec![4, 5])].into_iter());
+        finish(&queues, 0, &[(0, &[1]), (2, &[2, 3])]);
+        finish(&queues, 0, &[(0, &[4, 5])]);
         assert_eq!(queues.next_read(), Some(0));
         assert_eq!(queues.next_read(), Some(2));
         queues.arrived(2);
         queues.put_back(0);
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![2, 3])));
         assert_eq!(queues.try_next_work(), None);
-        queues.finish([(0, vec![6])].into_iter());
+        finish(&queues, 2, &[(0, &[6])]);
+        assert_eq!(queues.bytes(), 4);
         assert_eq!(queues.next_read(), Some(0));
         queues.arrived(0);
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![1, 4, 5, 6])));
-        queues.finish(std::iter::empty());
+        finish(&queues, 4, &[]);
         assert_eq!((queues.next_work(), queues.next_read()), (None, None));
     }
 
     #[test]
-    fn nothing_is_started_while_queues_are_long_unless_nothing_else_is_left() {
-        let queues = PageQueues::<Vec<u8>>::new(1, 3, 2, 2);
+    fn short_queues_are_served_together() {
+        let queues = PageQueues::new(3, 1, Limits { serve_bytes: 3, ..limits(1, 3) });
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
-        queues.finish([(0, vec![1, 2])].into_iter());
+        finish(&queues, 0, &[(0, &[1, 1, 1]), (1, &[2, 2]), (2, &[3])]);
+        (0..3).for_each(|page| assert_eq!(queues.next_read(), Some(page)));
+        [2, 1, 0].into_iter().for_each(|page| queues.arrived(page));
+        assert_eq!(queues.next_work(), Some(Work::Serve(vec![3, 2, 2])));
+        assert_eq!(queues.next_work(), Some(Work::Serve(vec![1, 1, 1])));
+    }
+
+    #[test]
+    fn nothing_is_started_while_queues_are_long_unless_nothing_else_is_left() {
+        let queues = PageQueues::new(1, 3, limits(2, 2));
+        assert_eq!(queues.next_work(), Some(Work::Start(0)));
+        finish(&queues, 0, &[(0, &[1, 2])]);
         assert_eq!(queues.try_next_work(), None);
         assert_eq!(queues.next_read(), Some(0));
         queues.arrived(0);
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![1, 2])));
+        assert_eq!(queues.try_next_work(), None);
+        finish(&queues, 2, &[]);
         assert_eq!(queues.try_next_work(), Some(Work::Start(1)));
         queues.stop();
         assert_eq!((queues.next_work(), queues.next_read()), (None, None));

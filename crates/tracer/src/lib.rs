@@ -27,5 +27,5 @@ mod window;
 pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};
-pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Visit};
+pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

@@ -113,12 +113,12 @@ impl<E: Copy> RayBuffer<E> {
     }
 }
 
-/// Moves all of `from` to the end of `to`, which grows by an eighth at least: doubling would leave a quarter of the
+/// Moves all of `from` to the end of `to`, which grows by a quarter at least: doubling would leave a quarter of the
 /// memory unused.
 fn append<T>(to: &mut Vec<T>, from: &mut Vec<T>) {
     let len = to.len() + from.len();
     if len > to.capacity() {
-        to.reserve_exact(from.len() + to.len() / 8);
+        to.reserve_exact(from.len() + to.len() / 4);
     }
     to.append(from);
 }

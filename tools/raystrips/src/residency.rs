@@ -5,7 +5,8 @@ use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
 use raystrips_pack::Pack;
-use raystrips_render::{PIXEL_BYTES, QUEUED_THREAD_BYTES};
+use raystrips_render::{PIXEL_BYTES, QUEUED_THREAD_BYTES, QueueParams};
+use raystrips_tracer::PagePool;
 use std::fs::File;
 use std::path::Path;
 
@@ -30,7 +31,7 @@ pub enum Residency {
     /// With all of it in memory, or mapped.
     Whole,
     /// With rays that wait for pages.
-    Queues { page_bytes: u64, ray_bytes: u64 },
+    Queues { page_bytes: u64, queues: QueueParams },
 }
 
 /// Decides how the pack at `path` is rendered to so many pixels by so many threads.
@@ -53,7 +54,7 @@ pub fn of(
         ReorderName::Auto | ReorderName::Queues => {}
     }
     let largest = pack.directory.iter().map(|page| u64::from(page.bytes)).max().unwrap_or(0);
-    let taken = taken + threads * QUEUED_THREAD_BYTES + pack.resident_bytes();
+    let taken = taken + threads * QUEUED_THREAD_BYTES + PagePool::resident_bytes(&pack);
     let least_shared = ((LEAST_PAGES * largest + LEAST_RAY_BYTES) as f64 * ALLOCATOR) as u64;
     if given < taken + least_shared {
         bail!(
@@ -64,6 +65,8 @@ pub fn of(
         );
     }
     let shared = ((given - taken) as f64 / ALLOCATOR) as u64;
-    let ray_bytes = ((shared as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
-    Ok(Residency::Queues { page_bytes: shared - ray_bytes, ray_bytes })
+    let ray_part: f64 = std::env::var("RP").map_or(0.25, |t| t.parse().unwrap());
+    let read_bytes = std::env::var("RB").map_or(1, |t| t.parse().unwrap());
+    let ray_bytes = ((shared as f64 * ray_part) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
+    Ok(Residency::Queues { page_bytes: shared, queues: QueueParams { ray_bytes, read_bytes } })
 }

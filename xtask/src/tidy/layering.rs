@@ -17,7 +17,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("paging", &["extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
     ("reorder", &[]),
-    ("render", &["geom", "tracer", "reorder"]),
+    ("render", &["geom", "extmem", "tracer", "reorder"]),
 ];
 
 /// Crates that join all others.

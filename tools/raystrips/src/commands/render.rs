@@ -46,10 +46,10 @@ pub fn run(args: &RenderArgs) -> Result<()> {
             let output = render(&world, &params, &progress)?;
             (params, output, Pages::of_scene(world.scene()))
         }
-        Residency::Queues { page_bytes, ray_bytes } => {
+        Residency::Queues { page_bytes, queues } => {
             let world = PagedWorld::new(PagePool::open(&pack, page_bytes)?);
             let params = params(args, &world.pool().pack().manifest)?;
-            let output = render_queued(&world, &params, ray_bytes, &progress)?;
+            let output = render_queued(&world, &params, &queues, &progress)?;
             (params, output, Pages::of_pool(world.pool()))
         }
     };

@@ -1,0 +1,148 @@
+//! Pictures of scenes that are larger than memory: paths wait for pages in queues, and are shaded and go on in whatever
+//! order pages come. Every random number and every sum is independent of that order, so the picture is the one that
+//! [`render`](crate::render()) makes.
+
+mod ray_memory;
+mod starts;
+mod waiting;
+mod worker;
+
+use crate::{
+    camera::CameraRays,
+    film::Film,
+    integrator::Shader,
+    material::Materials,
+    params::{RenderError, RenderParams},
+    render::{RenderOutput, RenderProgress, RenderStats, Setting, camera_rays},
+    traced::PagedWorld,
+};
+use ray_memory::RayMemory;
+use raystrips_extmem::BlockBuffer;
+use raystrips_reorder::{Limits, PageQueues};
+use raystrips_tracer::{OpenError, Runs};
+use starts::Starts;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use waiting::Waiting;
+use worker::Worker;
+
+/// Part of the pages in memory that the visits of all threads may hold.
+const HELD_PART: f64 = 0.25;
+/// Reads under way: a disk works on several at a time.
+const READERS: usize = 8;
+/// Runs of pages that are read or have come while no thread goes on with their rays.
+const READ_AHEAD: usize = 16;
+/// Queues are served together up to this size, some thousand rays.
+const SERVE_BYTES: usize = 256 << 10;
+/// How long a reader waits for visits to end when all pages are being looked at.
+const PATIENCE: Duration = Duration::from_micros(200);
+
+/// Bytes that each thread of [`render_queued`] takes beside pages and waiting rays.
+pub const QUEUED_THREAD_BYTES: u64 = 8 << 20;
+
+/// What paging is to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QueueParams {
+    /// Paths are started while the rays that wait take less than this; it is taken from the memory of the pages.
+    pub ray_bytes: u64,
+    /// Neighboring pages up to this size are read together: where a disk has to seek, that is what takes time.
+    pub read_bytes: u64,
+}
+
+/// Renders a picture of a scene of which some pages are in memory. `progress` is called now and then, by one thread at a
+/// time.
+///
+/// # Errors
+/// Where the size, the samples or the camera are of no use, no threads can be started, or a page cannot be read or is
+/// damaged.
+pub fn render_queued(
+    world: &PagedWorld,
+    params: &RenderParams,
+    paging: &QueueParams,
+    progress: &(dyn Fn(RenderProgress) + Sync),
+) -> Result<RenderOutput, RenderError> {
+    let setting =
+        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
+    setting.run(params, |shader, materials| {
+        let limits = Limits {
+            start_bytes: paging.ray_bytes as usize,
+            serve_bytes: SERVE_BYTES,
+            read_ahead: READ_AHEAD,
+        };
+        let runs = Runs::new(&world.pool().pack().directory, paging.read_bytes);
+        let starts = Starts::new(params);
+        let film = Film::new(params.width, params.height, params.aovs);
+        let job = Job {
+            world,
+            params,
+            shader,
+            materials,
+            camera: camera_rays(params, world.description(), &world.bounds())?,
+            queues: PageQueues::new(runs.len(), starts.count(), limits),
+            runs,
+            ray_memory: RayMemory::default(),
+            starts,
+            most_held: 0,
+            output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
+            error: Mutex::new(None),
+            progress,
+        };
+        job.run()
+    })
+}
+
+/// What all threads share.
+struct Job<'a> {
+    world: &'a PagedWorld,
+    params: &'a RenderParams,
+    shader: &'a dyn Shader,
+    materials: &'a Materials,
+    camera: CameraRays,
+    queues: PageQueues<Waiting>,
+    runs: Runs,
+    ray_memory: RayMemory,
+    starts: Starts,
+    /// Pages that a visit may hold.
+    most_held: usize,
+    output: Mutex<RenderOutput>,
+    error: Mutex<Option<OpenError>>,
+    progress: &'a (dyn Fn(RenderProgress) + Sync),
+}
+
+impl Job<'_> {
+    fn run(mut self) -> Result<RenderOutput, RenderError> {
+        let begin = Instant::now();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
+        let held = self.world.pool().capacity() as f64 * HELD_PART;
+        self.most_held = (held as usize / pool.current_num_threads()).max(1);
+        std::thread::scope(|scope| {
+            (0..READERS).for_each(|_| drop(scope.spawn(|| self.read_pages())));
+            pool.broadcast(|_| Worker::new(&self).run());
+        });
+        if let Some(error) = self.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            return Err(error.into());
+        }
+        let mut output = self.output.into_inner().unwrap_or_else(PoisonError::into_inner);
+        output.stats.seconds.total = begin.elapsed().as_secs_f64();
+        Ok(output)
+    }
+
+    /// Reads pages until all is done.
+    fn read_pages(&self) {
+        let mut buffer = BlockBuffer::default();
+        while let Some(run) = self.queues.next_read() {
+            match self.world.pool().load(self.runs.pages(run), &mut buffer) {
+                Ok(true) => self.queues.arrived(run),
+                Ok(false) => {
+                    self.queues.put_back(run);
+                    std::thread::sleep(PATIENCE);
+                }
+                Err(error) => {
+                    self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    self.queues.stop();
+                    return;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! A thread that traces and shades.
+
+use super::Job;
+use super::waiting::{Answer, Waiting, WaitingPath};
+use crate::{
+    deposits::Deposits,
+    interaction::SurfaceInteraction,
+    params::RenderParams,
+    render::{RenderProgress, RenderStats},
+    traced::surface_of,
+    wave::{PendingLight, ShadeOutput, camera_path},
+};
+use raystrips_reorder::{Parcel, Work};
+use raystrips_tracer::{Buffered, Cursor, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of};
+use std::collections::HashMap;
+use std::sync::PoisonError;
+use std::time::Instant;
+
+/// Rays traced in a visit, at about: to begin one takes some time.
+const VISIT_RAYS: usize = 8192;
+/// Rays between looks at how many pages a visit holds.
+const STEP_RAYS: usize = 1024;
+/// Most empty parcels that a worker keeps, and the most memory of each.
+const MOST_SPARE: usize = 1024;
+const SPARE_BYTES: usize = 4096;
+/// Deposits that a worker gathers before it asks for the film.
+const MOST_DEPOSITS: usize = 1 << 14;
+
+/// A thread that traces and shades.
+pub(super) struct Worker<'a> {
+    job: &'a Job<'a>,
+    closest: RayBuffer<WaitingPath>,
+    closest_cursor: Cursor,
+    shadow: RayBuffer<PendingLight>,
+    shadow_cursor: Cursor,
+    answers: Vec<Answer>,
+    /// Rays that shading asks for.
+    next: RayBuffer<WaitingPath>,
+    next_shadow: RayBuffer<PendingLight>,
+    /// Rays that cannot go on here.
+    set_aside: SetAside,
+    /// Bytes of the work as it came.
+    work_bytes: usize,
+    deposits: Deposits,
+    stats: RenderStats,
+}
+
+/// Rays that cannot go on, by the page that they need.
+#[derive(Default)]
+struct SetAside {
+    parcels: HashMap<PageId, Waiting>,
+    /// Empty parcels, which have their memory still.
+    spare: Vec<Waiting>,
+}
+
+impl SetAside {
+    fn of(&mut self, page: PageId) -> &mut Waiting {
+        self.parcels.entry(page).or_insert_with(|| self.spare.pop().unwrap_or_default())
+    }
+
+    /// Keeps the memory of the parcels, whose rays were taken.
+    fn empty(&mut self) {
+        let small = self.parcels.drain().map(|(_, parcel)| parcel).filter(|p| p.bytes() < SPARE_BYTES);
+        self.spare.extend(small);
+        self.spare.truncate(MOST_SPARE);
+    }
+}
+
+impl<'a> Worker<'a> {
+    pub fn new(job: &'a Job<'a>) -> Worker<'a> {
+        Worker {
+            job,
+            closest: RayBuffer::default(),
+            closest_cursor: Cursor::default(),
+            shadow: RayBuffer::default(),
+            shadow_cursor: Cursor::default(),
+            answers: Vec::new(),
+            next: RayBuffer::default(),
+            next_shadow: RayBuffer::default(),
+            set_aside: SetAside::default(),
+            work_bytes: 0,
+            deposits: Deposits::default(),
+            stats: RenderStats::default(),
+        }
+    }
+
+    pub fn run(&mut self) {
+        let queues = &self.job.queues;
+        while let Some(work) = self.wait_for_work() {
+            self.begin(work);
+            let mut is_at_work = true;
+            while is_at_work {
+                let visit = self.job.world.pool().visit();
+                let mut tracer = VisitTracer::new(&visit);
+                let mut left = VISIT_RAYS;
+                while left > 0 && is_at_work && visit.len() < self.job.most_held {
+                    left = left.saturating_sub(self.step(&visit, &mut tracer, STEP_RAYS));
+                    if self.is_done() {
+                        self.finish();
+                        let work = queues.try_next_work();
+                        is_at_work = work.is_some();
+                        work.into_iter().for_each(|work| self.begin(work));
+                    }
+                }
+            }
+            self.flush();
+        }
+    }
+
+    fn wait_for_work(&mut self) -> Option<Work<Waiting>> {
+        let begin = Instant::now();
+        let work = self.job.queues.next_work();
+        self.stats.seconds.wait += begin.elapsed().as_secs_f64();
+        if work.is_none() {
+            self.flush();
+        }
+        work
+    }
+
+    fn begin(&mut self, work: Work<Waiting>) {
+        self.work_bytes = 0;
+        match work {
+            Work::Start(number) => self.start(number),
+            Work::Serve(waiting) => {
+                self.work_bytes = waiting.bytes();
+                (self.closest, self.shadow, self.answers) = (waiting.closest, waiting.shadow, waiting.hits);
+            }
+        }
+        (self.closest_cursor, self.shadow_cursor) = Default::default();
+    }
+
+    /// Puts what is left of the work into queues.
+    fn finish(&mut self) {
+        let Job { queues, runs, ray_memory, world, .. } = self.job;
+        let left = &mut self.set_aside.parcels;
+        queues.finish(self.work_bytes, left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
+        self.set_aside.empty();
+        ray_memory.follow(queues.bytes(), world.pool());
+    }
+
+    /// Begins the paths of a batch.
+    fn start(&mut self, number: u64) {
+        let begin = Instant::now();
+        let Job { params, camera, starts, .. } = self.job;
+        self.closest.clear();
+        self.shadow.clear();
+        for ([x, y], sample) in starts.batch(number) {
+            let pixel = y * params.width + x;
+            self.deposits.begin_sample(pixel);
+            let (ray, path) = camera_path(params, camera, [x, y], sample, pixel);
+            self.closest.push(ray, WaitingPath::new(&path));
+        }
+        self.stats.primary += self.closest.len() as u64;
+        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+    }
+
+    /// Traces some of the rays, about `most` of each kind, and shades what they find. Tells how many they were.
+    fn step<'v>(&mut self, visit: &'v Visit<'v>, tracer: &mut VisitTracer<'v>, most: usize) -> usize {
+        if self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor) == 0 {
+            self.take_next();
+        }
+        let before = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
+        let begin = Instant::now();
+        let Worker { set_aside, deposits, answers, .. } = self;
+        tracer.occluded(Buffered {
+            rays: &self.shadow,
+            cursor: &mut self.shadow_cursor,
+            most,
+            done: &mut |light, _, hit| {
+                if !hit.is_hit() {
+                    deposits.add(light.pixel, light.contribution);
+                }
+            },
+            aside: &mut |page, put| put(&mut set_aside.of(page).shadow),
+        });
+        tracer.intersect(Buffered {
+            rays: &self.closest,
+            cursor: &mut self.closest_cursor,
+            most,
+            done: &mut |path, ray, hit| answers.push(Answer { path, ray, hit }),
+            aside: &mut |page, put| put(&mut set_aside.of(page).closest),
+        });
+        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        let after = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
+        let answered = self.answers.len();
+        self.shade(visit);
+        before - after + answered
+    }
+
+    fn take_next(&mut self) {
+        std::mem::swap(&mut self.closest, &mut self.next);
+        std::mem::swap(&mut self.shadow, &mut self.next_shadow);
+        self.next.clear();
+        self.next_shadow.clear();
+        (self.closest_cursor, self.shadow_cursor) = Default::default();
+    }
+
+    /// Shades the answers whose surfaces are in memory.
+    fn shade<'v>(&mut self, visit: &'v Visit<'v>) {
+        let begin = Instant::now();
+        let Worker { next, next_shadow, deposits, set_aside, .. } = self;
+        let before = (next.len(), next_shadow.len());
+        let mut shadow = |ray, light| next_shadow.push(ray, light);
+        let mut out = ShadeOutput { deposits, shadow: &mut shadow };
+        let RenderParams { width, seed, .. } = *self.job.params;
+        for answer in self.answers.drain(..) {
+            let Answer { path, ray, hit } = &answer;
+            let surface = if hit.is_hit() {
+                let Some(page) = visit.page(page_of(hit)) else {
+                    set_aside.of(page_of(hit)).hits.push(answer);
+                    continue;
+                };
+                surface_of(&locate_in(&page, hit))
+            } else {
+                Default::default()
+            };
+            let hit = SurfaceInteraction::new(self.job.materials, ray, hit, &surface);
+            let mut path = path.path(width, seed);
+            let goes_on = self.job.shader.shade(&mut path, ray, hit.as_ref(), &mut out);
+            path.distance += hit.map_or(0.0, |hit| hit.distance);
+            if let Some(ray) = goes_on {
+                next.push(ray, WaitingPath::new(&path));
+            }
+        }
+        self.stats.secondary += (self.next.len() - before.0) as u64;
+        self.stats.shadow += (self.next_shadow.len() - before.1) as u64;
+        self.stats.seconds.shade += begin.elapsed().as_secs_f64();
+        if self.deposits.len() > MOST_DEPOSITS {
+            self.flush();
+        }
+    }
+
+    /// True if nothing is left to be traced here.
+    fn is_done(&self) -> bool {
+        self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor) == 0
+            && self.next.is_empty()
+            && self.next_shadow.is_empty()
+    }
+
+    /// Puts what was gathered into the film.
+    fn flush(&mut self) {
+        let mut output = self.job.output.lock().unwrap_or_else(PoisonError::into_inner);
+        self.deposits.flush(&mut output.film);
+        output.stats.add(&std::mem::take(&mut self.stats));
+        let RenderStats { primary, shadow, secondary, .. } = output.stats;
+        let samples_total = u64::from(self.job.params.width)
+            * u64::from(self.job.params.height)
+            * u64::from(self.job.params.spp);
+        (self.job.progress)(RenderProgress {
+            samples_done: primary,
+            samples_total,
+            rays: primary + shadow + secondary,
+        });
+    }
+}
