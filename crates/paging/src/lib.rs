@@ -5,6 +5,7 @@
 //! is mapped ends the process; the writer replaces packs by renaming, never in place. In a [`PagePool`] some of them
 //! are, read and checked when somebody asks for them.
 
+mod clock;
 mod file_bytes;
 mod page;
 mod parents;

@@ -1,48 +1,60 @@
-//! A page in memory.
+//! A page in memory, and the frame that it is in.
 
+use memmap2::MmapMut;
 use raystrips_extmem::Reservation;
 use raystrips_pack::layout::PageHeader;
 use raystrips_pack::{PageView, WideNode};
 
+/// Memory for one page after the other: all frames have the same size, so that each fits any page and nothing is
+/// allocated when pages come and go. It is mapped, so that the system gets it back when it is used for something else:
+/// an allocator would keep it for the thread that asked for it.
+pub(crate) struct Frame {
+    bytes: MmapMut,
+    /// Its share of a budget.
+    _memory: Reservation,
+}
+
+impl Frame {
+    /// `None` where the system has no memory to map.
+    pub fn new(bytes: usize, memory: Reservation) -> Option<Frame> {
+        Some(Frame { bytes: MmapMut::map_anon(bytes).ok()?, _memory: memory })
+    }
+}
+
 /// A page in memory that was checked.
 pub(crate) struct Page {
-    /// Whole cache lines, for the alignment.
-    lines: Vec<WideNode>,
+    frame: Frame,
     len: usize,
-    /// Its share of a budget.
-    _memory: Option<Reservation>,
 }
 
 impl Page {
-    /// A page of `bytes` that were checked.
-    pub fn new(bytes: &[u8], memory: Reservation) -> Page {
-        let line = |part: &[u8]| {
-            let mut line = [0; size_of::<WideNode>()];
-            line[..part.len()].copy_from_slice(part);
-            bytemuck::cast(line)
-        };
-        let lines = bytes.chunks(size_of::<WideNode>()).map(line).collect();
-        Page { lines, len: bytes.len(), _memory: Some(memory) }
+    /// A page of `bytes` that were checked, in `frame`.
+    pub fn new(bytes: &[u8], mut frame: Frame) -> Page {
+        frame.bytes[..bytes.len()].copy_from_slice(bytes);
+        Page { frame, len: bytes.len() }
     }
 
-    /// A page without anything in it.
-    pub fn blank() -> Page {
-        let header_lines = size_of::<PageHeader>().div_ceil(size_of::<WideNode>());
-        let mut lines: Vec<WideNode> = bytemuck::zeroed_vec(header_lines + 1);
-        let header = PageHeader {
-            nodes_offset: (header_lines * size_of::<WideNode>()) as u32,
-            max_windows: 1,
-            ..bytemuck::Zeroable::zeroed()
-        };
-        bytemuck::cast_slice_mut(&mut lines)[..size_of::<PageHeader>()]
-            .copy_from_slice(bytemuck::bytes_of(&header));
-        let len = lines.len() * size_of::<WideNode>();
-        Page { lines, len, _memory: None }
+    /// Its frame, for another page.
+    pub fn into_frame(self) -> Frame {
+        self.frame
     }
 
     #[inline]
     pub fn view(&self) -> PageView<'_> {
-        PageView::new(&bytemuck::cast_slice(&self.lines)[..self.len])
-            .expect("pages are checked when they come")
+        PageView::new(&self.frame.bytes[..self.len]).expect("pages are checked when they come")
     }
+}
+
+/// The bytes of a page without anything in it.
+pub(crate) fn blank() -> Vec<WideNode> {
+    let header_lines = size_of::<PageHeader>().div_ceil(size_of::<WideNode>());
+    let mut lines: Vec<WideNode> = bytemuck::zeroed_vec(header_lines + 1);
+    let header = PageHeader {
+        nodes_offset: (header_lines * size_of::<WideNode>()) as u32,
+        max_windows: 1,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    bytemuck::cast_slice_mut(&mut lines)[..size_of::<PageHeader>()]
+        .copy_from_slice(bytemuck::bytes_of(&header));
+    lines
 }

@@ -5,19 +5,20 @@
 //! is held for as long as it takes to copy a pointer.
 
 use crate::OpenError;
-use crate::page::Page;
+use crate::clock::Clock;
+use crate::page::{self, Frame, Page};
 use crate::parents::Parents;
 use crate::visit::Visit;
 use raystrips_extmem::{BlockBuffer, BlockFile, MemoryBudget, Reservation, spare_memory};
-use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, check_checksum, check_page};
+use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What the allocator takes beside a page, at most.
-const OVERHEAD_BYTES: u64 = 4096;
+/// Frames are whole pages of the system's.
+const FRAME_UNIT: u64 = 4096;
 
 /// The pages of one pack, of which some are in memory.
 pub struct PagePool {
@@ -26,11 +27,10 @@ pub struct PagePool {
     file: BlockFile,
     slots: Vec<Slot>,
     parents: Parents,
-    /// The next page that may have to go (the hand of CLOCK; Corbató 1968).
-    hand: Mutex<usize>,
+    clock: Mutex<Clock>,
     budget: MemoryBudget,
     most_bytes: u64,
-    blank: Page,
+    blank: Vec<WideNode>,
     counters: Counters,
 }
 
@@ -77,10 +77,10 @@ impl PagePool {
                 parents: Parents::of(&pack),
                 path: path.to_owned(),
                 file: BlockFile::open(path, is_large)?,
-                hand: Mutex::new(0),
+                clock: Mutex::default(),
                 budget: MemoryBudget::new(bytes),
                 most_bytes: bytes,
-                blank: Page::blank(),
+                blank: page::blank(),
                 counters: Counters::default(),
                 pack,
             })
@@ -104,12 +104,15 @@ impl PagePool {
         pack.resident_bytes() + Parents::bytes(pack) + (pack.directory.len() * size_of::<Slot>()) as u64
     }
 
-    /// Pages of the mean size that fit in memory.
+    /// Bytes that a page takes in the pool: as many as the largest.
+    pub fn frame_bytes(pack: &Pack) -> u64 {
+        let largest = pack.directory.iter().map(|page| u64::from(page.bytes)).max();
+        largest.unwrap_or(1).next_multiple_of(FRAME_UNIT)
+    }
+
+    /// Pages that fit in memory.
     pub fn capacity(&self) -> usize {
-        let directory = &self.pack.directory;
-        let bytes: u64 = directory.iter().map(|page| u64::from(page.bytes) + OVERHEAD_BYTES).sum();
-        let mean = bytes / (directory.len() as u64).max(1);
-        (self.most_bytes / mean.max(1)) as usize
+        (self.most_bytes / PagePool::frame_bytes(&self.pack)) as usize
     }
 
     /// What it has done so far.
@@ -126,7 +129,7 @@ impl PagePool {
 
     /// A page without anything in it.
     pub(crate) fn blank(&self) -> PageView<'_> {
-        self.blank.view()
+        PageView::new(bytemuck::cast_slice(&self.blank)).expect("it has a header")
     }
 
     /// Page `id` if it is in memory.
@@ -145,19 +148,23 @@ impl PagePool {
     pub fn load(&self, pages: Range<PageId>, buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
         let absent: Vec<PageId> = pages.filter(|&id| self.slot(id).is_none()).collect();
         let (Some(&first), Some(&last)) = (absent.first(), absent.last()) else { return Ok(true) };
-        let memory: Option<Vec<Reservation>> =
-            absent.iter().map(|&id| self.take(u64::from(self.entry(id).bytes) + OVERHEAD_BYTES)).collect();
-        let Some(memory) = memory else { return Ok(false) };
+        let frames: Option<Vec<Frame>> = absent.iter().map(|_| self.take_frame()).collect();
+        let Some(frames) = frames else { return Ok(false) };
         let error = |source| OpenError { path: self.path.clone(), source };
         let begin = self.entry(first).offset;
         let end = self.entry(last).offset + u64::from(self.entry(last).bytes);
         let bytes = self.file.read(begin..end, buffer).map_err(|e| error(e.into()))?;
-        for (id, memory) in absent.into_iter().zip(memory) {
+        for (id, frame) in absent.into_iter().zip(frames) {
             let entry = self.entry(id);
             let bytes = &bytes[(entry.offset - begin) as usize..][..entry.bytes as usize];
             self.check(bytes, id).map_err(error)?;
             self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
-            *self.slot(id) = Some(Arc::new(Page::new(bytes, memory)));
+            let mut slot = self.slot(id);
+            if slot.is_none() {
+                *slot = Some(Arc::new(Page::new(bytes, frame)));
+                self.clock().push(id);
+            }
+            drop(slot);
             self.counters.read.fetch_add(1, Ordering::Relaxed);
             self.counters.bytes_read.fetch_add(u64::from(entry.bytes), Ordering::Relaxed);
         }
@@ -177,22 +184,41 @@ impl PagePool {
         Ok(())
     }
 
-    /// Takes `bytes` of the memory of the pool, for a page or for something else; pages go for that. `None` where visits
-    /// hold too many.
+    /// A frame, that of another page if there is no memory for one more; `None` where visits hold too many.
+    fn take_frame(&self) -> Option<Frame> {
+        let bytes = PagePool::frame_bytes(&self.pack);
+        loop {
+            let memory = self.budget.take(bytes);
+            if let Some(frame) = memory.and_then(|memory| Frame::new(bytes as usize, memory)) {
+                return Some(frame);
+            }
+            // Of a page that somebody looks at, the memory comes back when the visit ends.
+            if let Ok(page) = Arc::try_unwrap(self.evict()?) {
+                return Some(page.into_frame());
+            }
+        }
+    }
+
+    /// Takes `bytes` of the memory of the pool for something else; pages go for that. `None` where visits hold too many.
     pub fn take(&self, bytes: u64) -> Option<Reservation> {
-        let mut hand = self.hand.lock().unwrap_or_else(PoisonError::into_inner);
-        // In two rounds every page is asked once without having been used.
-        for _ in 0..2 * self.slots.len() + 1 {
+        loop {
             if let Some(memory) = self.budget.take(bytes) {
                 return Some(memory);
             }
-            *hand = (*hand + 1) % self.slots.len();
-            let slot = &self.slots[*hand];
-            if !slot.is_used.swap(false, Ordering::Relaxed) && self.slot(*hand as PageId).take().is_some() {
-                self.counters.evicted.fetch_add(1, Ordering::Relaxed);
-            }
+            drop(self.evict()?);
         }
-        None
+    }
+
+    /// Takes the page out of the pool that is to go next, if there are any.
+    fn evict(&self) -> Option<Arc<Page>> {
+        let was_used = |id: PageId| self.slots[id as usize].is_used.swap(false, Ordering::Relaxed);
+        let id = self.clock().pop(was_used)?;
+        self.counters.evicted.fetch_add(1, Ordering::Relaxed);
+        self.slot(id).take()
+    }
+
+    fn clock(&self) -> MutexGuard<'_, Clock> {
+        self.clock.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn entry(&self, id: PageId) -> &PageEntry {

@@ -26,7 +26,7 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
     assert!(directory.len() >= 2);
     // Room for the largest page alone.
     let largest = directory.iter().map(|page| u64::from(page.bytes)).max().unwrap();
-    let pool = PagePool::open(&path, largest + 4096).unwrap();
+    let pool = PagePool::open(&path, largest.next_multiple_of(4096)).unwrap();
     for id in 0..directory.len() as PageId {
         assert!(pool.visit().page(id).is_none());
         assert!(pool.load(id..id + 1, &mut BlockBuffer::default()).unwrap());

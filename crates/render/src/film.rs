@@ -9,8 +9,8 @@ use glam::Vec3;
 /// Largest value of a channel of a contribution, in units of radiance; larger ones are cut and counted.
 pub const MAX_CONTRIBUTION: f32 = 65536.0;
 
-/// Memory of a pixel from the beginning to the end, the writing of its picture included.
-pub const PIXEL_BYTES: u64 = 144;
+/// Memory of a pixel of the picture that is written, beside that of the film.
+pub const WRITTEN_PIXEL_BYTES: u64 = 64;
 
 /// Units of the fixed point numbers in 1.
 const SCALE: f64 = (1u32 << 24) as f64;
@@ -52,6 +52,11 @@ impl Film {
             clamped: 0,
             dropped: 0,
         }
+    }
+
+    /// Bytes of a pixel of a film with albedo and normal or without.
+    pub const fn pixel_bytes(aovs: bool) -> u64 {
+        (size_of::<Pixel>() + if aovs { size_of::<AovPixel>() } else { 0 }) as u64
     }
 
     /// Pixels in a row.

@@ -29,7 +29,7 @@ mod wave;
 mod world;
 
 pub use camera::frame_bounds;
-pub use film::{Film, MAX_CONTRIBUTION, PIXEL_BYTES};
+pub use film::{Film, MAX_CONTRIBUTION, WRITTEN_PIXEL_BYTES};
 pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
 pub use queued::{QUEUED_THREAD_BYTES, QueueParams, render_queued};

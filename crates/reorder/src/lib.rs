@@ -4,4 +4,4 @@
 
 mod page_queues;
 
-pub use page_queues::{Limits, PageQueues, Parcel, Work};
+pub use page_queues::{Amount, Limits, PageQueues, Parcel, Work};

@@ -7,6 +7,7 @@
 //! voxels are visited by a schedule, and to sorting whole generations of rays (Moon et al. 2010).
 
 use std::collections::{BTreeSet, VecDeque};
+use std::ops::{AddAssign, SubAssign};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Rays that wait for the same page.
@@ -14,8 +15,39 @@ pub trait Parcel: Default + Send {
     /// Takes over all rays of `other`.
     fn append(&mut self, other: &mut Self);
 
+    /// How many they are.
+    fn rays(&self) -> usize;
+
     /// Bytes of memory that they take.
     fn bytes(&self) -> usize;
+}
+
+/// How many rays, and their memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Amount {
+    rays: usize,
+    bytes: usize,
+}
+
+impl Amount {
+    /// That of a parcel.
+    pub fn of(parcel: &impl Parcel) -> Amount {
+        Amount { rays: parcel.rays(), bytes: parcel.bytes() }
+    }
+}
+
+impl AddAssign for Amount {
+    fn add_assign(&mut self, other: Amount) {
+        self.rays += other.rays;
+        self.bytes += other.bytes;
+    }
+}
+
+impl SubAssign for Amount {
+    fn sub_assign(&mut self, other: Amount) {
+        self.rays -= other.rays;
+        self.bytes -= other.bytes;
+    }
 }
 
 /// What a worker is to do.
@@ -30,10 +62,10 @@ pub enum Work<P> {
 /// How much of what there is at once.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Rays are started while those that wait take less. What is under way already may become more.
-    pub start_bytes: usize,
-    /// Queues whose pages have come are served together up to this size, so that there are many rays at a time.
-    pub serve_bytes: usize,
+    /// Rays are started while fewer wait. Those that are under way already may become more.
+    pub start: usize,
+    /// Queues whose pages have come are served together up to this many rays.
+    pub serve: usize,
     /// Most pages that are read or have come while nobody goes on with their rays: the queues of others grow meanwhile.
     pub read_ahead: usize,
 }
@@ -64,7 +96,7 @@ struct State<P> {
     /// By page.
     queues: Vec<P>,
     stages: Vec<Stage>,
-    /// Those that wait, with their bytes.
+    /// Those that wait, with the number of their rays.
     waiting: BTreeSet<(usize, u32)>,
     arrived: VecDeque<u32>,
     reading: usize,
@@ -74,8 +106,8 @@ struct State<P> {
     idle_readers: usize,
     /// Workers that have work.
     at_work: usize,
-    /// Bytes of all queues, and of what workers got from them.
-    bytes: usize,
+    /// All queues, and what workers got from them.
+    total: Amount,
     next_start: u64,
     starts: u64,
     is_stopped: bool,
@@ -94,7 +126,7 @@ impl<P: Parcel> PageQueues<P> {
             idle_workers: 0,
             idle_readers: 0,
             at_work: 0,
-            bytes: 0,
+            total: Amount::default(),
             next_start: 0,
             starts,
             is_stopped: false,
@@ -129,15 +161,15 @@ impl<P: Parcel> PageQueues<P> {
         work
     }
 
-    /// Ends a work whose rays took `served_bytes`, of which these rays are left, by the page that they wait for; they are
-    /// taken out of their parcels.
-    pub fn finish<'a>(&self, served_bytes: usize, left: impl Iterator<Item = (u32, &'a mut P)>)
+    /// Ends a work that began with so much, of which these rays are left, by the page that they wait for; they are taken out
+    /// of their parcels.
+    pub fn finish<'a>(&self, served: Amount, left: impl Iterator<Item = (u32, &'a mut P)>)
     where
         P: 'a,
     {
         let mut state = self.lock();
         state.at_work -= 1;
-        state.bytes -= served_bytes;
+        state.total -= served;
         for (page, rays) in left {
             state.add(page, rays);
         }
@@ -146,7 +178,7 @@ impl<P: Parcel> PageQueues<P> {
 
     /// Bytes of all rays that wait or are served.
     pub fn bytes(&self) -> usize {
-        self.lock().bytes
+        self.lock().total.bytes
     }
 
     /// The page to read next, or `None` when all is done. Waits for it. It must have [arrived](PageQueues::arrived), or be
@@ -184,8 +216,8 @@ impl<P: Parcel> PageQueues<P> {
         let mut state = self.lock();
         state.reading -= 1;
         state.stages[page as usize] = Stage::Waiting;
-        let bytes = state.queues[page as usize].bytes();
-        state.waiting.insert((bytes, page));
+        let rays = state.queues[page as usize].rays();
+        state.waiting.insert((rays, page));
     }
 
     /// Ends all work.
@@ -221,13 +253,14 @@ impl<P: Parcel> State<P> {
             Work::Start(self.next_start - 1)
         } else if let Some(page) = self.arrived.pop_front() {
             let mut rays = self.take_queue(page);
-            while rays.bytes() < self.limits.serve_bytes
+            while rays.rays() < self.limits.serve
                 && let Some(page) = self.arrived.pop_front()
             {
                 let mut more = self.take_queue(page);
-                let before = rays.bytes() + more.bytes();
+                self.total -= Amount::of(&rays);
+                self.total -= Amount::of(&more);
                 rays.append(&mut more);
-                self.bytes = self.bytes + rays.bytes() - before;
+                self.total += Amount::of(&rays);
             }
             Work::Serve(rays)
         } else {
@@ -244,20 +277,21 @@ impl<P: Parcel> State<P> {
 
     fn add(&mut self, page: u32, rays: &mut P) {
         let queue = &mut self.queues[page as usize];
-        let before = queue.bytes();
+        let before = Amount::of(queue);
         queue.append(rays);
-        let after = queue.bytes();
-        self.bytes = self.bytes + after - before;
+        let after = Amount::of(queue);
+        self.total += after;
+        self.total -= before;
         let stage = &mut self.stages[page as usize];
         if matches!(stage, Stage::Idle | Stage::Waiting) {
             *stage = Stage::Waiting;
-            self.waiting.remove(&(before, page));
-            self.waiting.insert((after, page));
+            self.waiting.remove(&(before.rays, page));
+            self.waiting.insert((after.rays, page));
         }
     }
 
     fn can_start(&self) -> bool {
-        self.next_start < self.starts && (self.bytes < self.limits.start_bytes || self.is_quiet())
+        self.next_start < self.starts && (self.total.rays < self.limits.start || self.is_quiet())
     }
 
     fn can_work(&self) -> bool {
@@ -287,17 +321,22 @@ mod tests {
             Vec::append(self, other);
         }
 
-        fn bytes(&self) -> usize {
+        fn rays(&self) -> usize {
             self.len()
+        }
+
+        fn bytes(&self) -> usize {
+            2 * self.len()
         }
     }
 
-    fn limits(start_bytes: usize, read_ahead: usize) -> Limits {
-        Limits { start_bytes, serve_bytes: 1, read_ahead }
+    fn limits(start: usize, read_ahead: usize) -> Limits {
+        Limits { start, serve: 1, read_ahead }
     }
 
     fn finish(queues: &PageQueues<Vec<u8>>, served: usize, left: &[(u32, &[u8])]) {
         let mut left: Vec<(u32, Vec<u8>)> = left.iter().map(|(page, rays)| (*page, rays.to_vec())).collect();
+        let served = Amount { rays: served, bytes: 2 * served };
         queues.finish(served, left.iter_mut().map(|(page, rays)| (*page, rays)));
         assert!(left.iter().all(|(_, rays)| rays.is_empty()));
     }
@@ -316,7 +355,7 @@ mod tests {
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![2, 3])));
         assert_eq!(queues.try_next_work(), None);
         finish(&queues, 2, &[(0, &[6])]);
-        assert_eq!(queues.bytes(), 4);
+        assert_eq!(queues.bytes(), 8);
         assert_eq!(queues.next_read(), Some(0));
         queues.arrived(0);
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![1, 4, 5, 6])));
@@ -326,7 +365,7 @@ mod tests {
 
     #[test]
     fn short_queues_are_served_together() {
-        let queues = PageQueues::new(3, 1, Limits { serve_bytes: 3, ..limits(1, 3) });
+        let queues = PageQueues::new(3, 1, Limits { serve: 3, ..limits(1, 3) });
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         finish(&queues, 0, &[(0, &[1, 1, 1]), (1, &[2, 2]), (2, &[3])]);
         (0..3).for_each(|page| assert_eq!(queues.next_read(), Some(page)));

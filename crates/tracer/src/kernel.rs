@@ -74,6 +74,8 @@ pub struct Tracer<'s> {
     packet: Packet,
 }
 
+const ALL_IN_MEMORY: &str = "all pages of a scene are in memory";
+
 /// Rays under way: half a megabyte, made when it is first needed.
 struct Walks<'s, const ANY: bool>(Option<Box<[Walk<'s, ANY>; WALKS]>>);
 
@@ -143,14 +145,9 @@ impl<'s> Tracer<'s> {
     pub fn intersect_packet(&mut self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
         for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-            if !packet(
-                self.kernel,
-                self.scene,
-                &mut self.packet,
-                &mut self.closest.get(self.scene)[0],
-                rays,
-                hits,
-            ) {
+            let Tracer { scene, kernel, closest, packet: memory, .. } = self;
+            let outcome = packet(*kernel, scene, memory, &mut closest.get(*scene)[0], rays, hits);
+            if !outcome.expect(ALL_IN_MEMORY) {
                 self.intersect_batch(rays, hits);
             }
         }
@@ -186,7 +183,7 @@ impl<D: FnMut(usize, Hit)> Jobs for Batch<'_, D> {
     }
 
     fn set_aside(&mut self, _: usize, page: PageId, _: Hit, _: u32) {
-        unreachable!("page {page} of a scene is in memory, as all are")
+        unreachable!("page {page}: {ALL_IN_MEMORY}")
     }
 }
 
@@ -201,17 +198,32 @@ pub struct VisitTracer<'v> {
     kernel: Kernel,
     closest: Walks<'v, false>,
     any: Walks<'v, true>,
+    packet: Packet,
 }
 
 impl<'v> VisitTracer<'v> {
     /// A tracer with the fastest kernel of this processor.
     pub fn new(visit: &'v Visit<'v>) -> VisitTracer<'v> {
-        VisitTracer { visit, kernel: Kernel::best(), closest: Walks(None), any: Walks(None) }
+        let kernel = Kernel::best();
+        VisitTracer { visit, kernel, closest: Walks(None), any: Walks(None), packet: Packet::new() }
     }
 
     /// Closest hits, as [`Tracer::intersect`] finds them.
     pub fn intersect<E: Copy>(&mut self, mut rays: Buffered<E>) {
         visiting_stream(self.kernel, self.visit, self.closest.get(self.visit), &mut rays);
+    }
+
+    /// Closest hits of up to [`PACKET`] rays that keep together. False, and nothing done, where they do not.
+    ///
+    /// # Errors
+    /// A page that they need and that is not in memory; nothing is known of any hit then.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn intersect_packet(&mut self, rays: &[Ray], hits: &mut [Hit]) -> Result<bool, PageId> {
+        assert_eq!(rays.len(), hits.len());
+        let single = &mut self.closest.get(self.visit)[0];
+        visiting_packet(self.kernel, self.visit, &mut self.packet, single, rays, hits)
     }
 
     /// Any hits.
@@ -299,7 +311,10 @@ for_each_kernel! {
     ) -> () = trace_stream;
     fn packet<'s>(
         scene: &'s Scene, packet: &mut Packet, single: &mut Walk<'s, false>, rays: &[Ray], hits: &mut [Hit]
-    ) -> bool = Packet::trace;
+    ) -> Result<bool, PageId> = Packet::trace;
+    fn visiting_packet<'s>(
+        visit: &'s Visit<'s>, packet: &mut Packet, single: &mut Walk<'s, false>, rays: &[Ray], hits: &mut [Hit]
+    ) -> Result<bool, PageId> = Packet::trace;
 }
 
 #[inline(always)]
@@ -313,6 +328,6 @@ fn trace_single<'s, S: Simd, const ANY: bool>(
         return Hit::MISS;
     }
     walk.begin(s, scene, ray);
-    walk.finish(s, scene);
+    walk.finish(s, scene).expect(ALL_IN_MEMORY);
     walk.hit()
 }

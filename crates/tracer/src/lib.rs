@@ -24,6 +24,7 @@ mod strip;
 mod walk;
 mod window;
 
+pub use packet::PACKET;
 pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};

@@ -6,8 +6,9 @@
 //! Which strips a ray is tested against may differ from what it does alone, the hit cannot.
 
 use crate::boxes::{Planes, RayGrid, top_slack};
+use crate::pages::Pages;
 use crate::prepared::PreparedRay;
-use crate::scene::{Locator, Scene};
+use crate::scene::Locator;
 use crate::simd::{LANES, Simd};
 use crate::strip::{StripHits, test_long_strip};
 use crate::walk::{Best, Step, Walk, first_link};
@@ -17,7 +18,7 @@ use raystrips_pack::layout::{TopNode, WIDTH};
 use raystrips_pack::{PageId, PageView, WindowHead};
 
 /// Most rays of a packet: a bit each.
-pub(crate) const PACKET: usize = 64;
+pub const PACKET: usize = 64;
 /// This many active rays or fewer go on alone.
 const FEW: u32 = 1;
 
@@ -64,33 +65,41 @@ impl Packet {
 
     /// Traces up to [`PACKET`] rays together. False, and nothing done, where they have not all the same origin and
     /// signs of direction.
+    ///
+    /// # Errors
+    /// A page that they need and that is not in memory; nothing is known of any hit then.
     #[inline(always)]
     pub fn trace<'s, S: Simd>(
         s: S,
-        scene: &'s Scene,
+        pages: impl Pages<'s>,
         packet: &mut Packet,
         single: &mut Walk<'s, false>,
         rays: &[Ray],
         hits: &mut [Hit],
-    ) -> bool {
+    ) -> Result<bool, PageId> {
         if !is_coherent(rays) {
-            return false;
+            return Ok(false);
         }
         packet.begin(rays);
-        packet.descend(s, scene, single);
+        packet.descend(s, pages, single)?;
         for (hit, best) in hits.iter_mut().zip(&packet.best) {
             *hit = if best.hit.is_hit() { best.hit } else { Hit::MISS };
         }
-        true
+        Ok(true)
     }
 
     /// Traces the rays with which the packet began.
     #[inline(always)]
-    fn descend<'s, S: Simd>(&mut self, s: S, scene: &'s Scene, single: &mut Walk<'s, false>) {
-        let slack = top_slack(s, &scene.top_nodes()[0], &self.rays[0]);
+    fn descend<'s, S: Simd>(
+        &mut self,
+        s: S,
+        pages: impl Pages<'s>,
+        single: &mut Walk<'s, false>,
+    ) -> Result<(), PageId> {
+        let slack = top_slack(s, &pages.top_nodes()[0], &self.rays[0]);
         self.interval = Interval::of(&self.inv_dir);
         let mut page: PageId = 0;
-        let mut view = scene.page(0);
+        let mut view = pages.some_page();
         let everyone = u64::MAX >> (PACKET - self.rays.len());
         self.stack.clear();
         self.stack.push(Waiting { tnear: 0.0, link: TopNode::NODE, active: everyone });
@@ -100,21 +109,21 @@ impl Packet {
                 continue;
             }
             if here.active.count_ones() <= FEW {
-                self.go_on_alone(s, scene, single, (page, view), &here);
+                self.go_on_alone(s, pages, single, (page, view), &here)?;
                 self.farthest = self.farthest_limit(s);
                 continue;
             }
             let number = (here.link & 0xFFFF) as usize;
             match Step::of(here.link) {
                 Step::TOP => {
-                    let node = &scene.top_nodes()[(here.link & !TopNode::KIND) as usize];
+                    let node = &pages.top_nodes()[(here.link & !TopNode::KIND) as usize];
                     let planes = Planes::of_top_node(s, node, &slack, &self.rays[0]);
                     self.push(s, &planes, here.active, node.child_count(), |i| node.child[i]);
                 }
                 Step::ENTER => {
-                    let entry = scene.top_entry(here.link & !TopNode::KIND);
+                    let entry = pages.top_entry(here.link & !TopNode::KIND);
                     page = entry.page;
-                    view = scene.page(page);
+                    view = pages.page(page).ok_or(page)?;
                     self.best.iter_mut().for_each(|best| best.locator = Locator::page(page));
                     self.stack.push(Waiting { link: entry.node, ..here });
                 }
@@ -131,6 +140,7 @@ impl Packet {
                 }
             }
         }
+        Ok(())
     }
 
     /// Single rays through what waits.
@@ -138,17 +148,18 @@ impl Packet {
     fn go_on_alone<'s, S: Simd>(
         &mut self,
         s: S,
-        scene: &'s Scene,
+        pages: impl Pages<'s>,
         single: &mut Walk<'s, false>,
         page: (PageId, PageView<'s>),
         here: &Waiting,
-    ) {
+    ) -> Result<(), PageId> {
         for i in bits(here.active) {
-            single.resume(s, scene, &self.rays[i], self.best[i].hit, page, here.link);
-            single.finish(s, scene);
+            single.resume(s, pages, &self.rays[i], self.best[i].hit, page, here.link);
+            single.finish(s, pages)?;
             self.best[i].hit = single.best();
             self.limit[i] = self.best[i].hit.t;
         }
+        Ok(())
     }
 
     /// Tests a strip of the page against the active rays.

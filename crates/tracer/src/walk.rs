@@ -186,9 +186,12 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         pages.top_entry(self.link & !TopNode::KIND).page
     }
 
-    /// Takes all steps to the end. All pages must be in memory.
+    /// Takes all steps to the end.
+    ///
+    /// # Errors
+    /// The page that is needed and is not in memory.
     #[inline(always)]
-    pub fn finish<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) {
+    pub fn finish<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) -> Result<(), PageId> {
         let mut step = Step::of(self.link);
         let mut candidates = Candidates::NONE;
         loop {
@@ -201,11 +204,12 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
                 }
                 Step::TOP => self.step_top(s, pages),
                 Step::ENTER => {
-                    let is_there = self.enter(s, pages);
-                    debug_assert!(is_there, "all pages are in memory");
+                    if !self.enter(s, pages) {
+                        return Err(self.page_ahead(pages));
+                    }
                     self.step_node(s);
                 }
-                _ => return,
+                _ => return Ok(()),
             }
             step = self.next();
         }

@@ -5,13 +5,13 @@ use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
 use raystrips_pack::Pack;
-use raystrips_render::{PIXEL_BYTES, QUEUED_THREAD_BYTES, QueueParams};
+use raystrips_render::{Film, QUEUED_THREAD_BYTES, QueueParams, WRITTEN_PIXEL_BYTES};
 use raystrips_tracer::PagePool;
 use std::fs::File;
 use std::path::Path;
 
 /// Memory of a rendering apart from all that is named below. Measured.
-const BASE_BYTES: u64 = 24 << 20;
+const BASE_BYTES: u64 = 12 << 20;
 /// Memory of each thread when all pages are in memory.
 const THREAD_BYTES: u64 = 8 << 20;
 /// Part of the memory for pages and rays that is for rays.
@@ -22,9 +22,6 @@ const MOST_RAY_BYTES: u64 = 512 << 20;
 const LEAST_PAGES: u64 = 64;
 /// Least memory for rays that wait.
 const LEAST_RAY_BYTES: u64 = 8 << 20;
-/// The allocator takes this much more than pages and rays ask for.
-const ALLOCATOR: f64 = 1.12;
-
 /// How a pack is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Residency {
@@ -34,28 +31,30 @@ pub enum Residency {
     Queues { page_bytes: u64, queues: QueueParams },
 }
 
-/// Decides how the pack at `path` is rendered to so many pixels by so many threads.
+/// Decides how the pack at `path` is rendered to so many pixels, with their albedo and normal or without, by so many
+/// threads.
 pub fn of(
     path: &Path,
     memory: Option<u64>,
     reorder: ReorderName,
-    pixels: u64,
+    (pixels, aovs): (u64, bool),
     threads: u64,
 ) -> Result<Residency> {
     let pack =
         File::open(path).map_err(raystrips_pack::PackError::from).and_then(|mut file| Pack::open(&mut file));
     let pack = pack.with_context(|| path.display().to_string())?;
-    let taken = BASE_BYTES + pixels * PIXEL_BYTES;
+    let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs);
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
-    let whole = taken + threads * THREAD_BYTES + pack.file_bytes;
+    let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes;
     match reorder {
         ReorderName::None => return Ok(Residency::Whole),
         ReorderName::Auto if whole <= given => return Ok(Residency::Whole),
         ReorderName::Auto | ReorderName::Queues => {}
     }
-    let largest = pack.directory.iter().map(|page| u64::from(page.bytes)).max().unwrap_or(0);
     let taken = taken + threads * QUEUED_THREAD_BYTES + PagePool::resident_bytes(&pack);
-    let least_shared = ((LEAST_PAGES * largest + LEAST_RAY_BYTES) as f64 * ALLOCATOR) as u64;
+    // The pages are gone when the picture is written.
+    let least_shared =
+        (LEAST_PAGES * PagePool::frame_bytes(&pack) + LEAST_RAY_BYTES).max(pixels * WRITTEN_PIXEL_BYTES);
     if given < taken + least_shared {
         bail!(
             "{}: {} of memory is too little for this picture; use --memory {}M",
@@ -64,7 +63,7 @@ pub fn of(
             (taken + least_shared).div_ceil(1 << 20)
         );
     }
-    let shared = ((given - taken) as f64 / ALLOCATOR) as u64;
+    let shared = given - taken;
     let ray_part: f64 = std::env::var("RP").map_or(0.25, |t| t.parse().unwrap());
     let read_bytes = std::env::var("RB").map_or(1, |t| t.parse().unwrap());
     let ray_bytes = ((shared as f64 * ray_part) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);

@@ -23,7 +23,7 @@ use raystrips_tracer::{OpenError, Runs};
 use starts::Starts;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use waiting::Waiting;
+use waiting::{RAY_BYTES, Waiting};
 use worker::Worker;
 
 /// Part of the pages in memory that the visits of all threads may hold.
@@ -32,8 +32,8 @@ const HELD_PART: f64 = 0.25;
 const READERS: usize = 8;
 /// Runs of pages that are read or have come while no thread goes on with their rays.
 const READ_AHEAD: usize = 16;
-/// Queues are served together up to this size, some thousand rays.
-const SERVE_BYTES: usize = 256 << 10;
+/// Queues are served together up to so many rays, so that each step of the tracer has many.
+const SERVE_RAYS: usize = 4096;
 /// How long a reader waits for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
 
@@ -65,8 +65,8 @@ pub fn render_queued(
         Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
     setting.run(params, |shader, materials| {
         let limits = Limits {
-            start_bytes: paging.ray_bytes as usize,
-            serve_bytes: SERVE_BYTES,
+            start: paging.ray_bytes as usize / RAY_BYTES,
+            serve: SERVE_RAYS,
             read_ahead: READ_AHEAD,
         };
         let runs = Runs::new(&world.pool().pack().directory, paging.read_bytes);

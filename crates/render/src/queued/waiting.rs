@@ -1,5 +1,6 @@
 //! What waits for pages, in few bytes.
 
+use super::starts::CameraPacket;
 use crate::{
     sampler::PathSampler,
     wave::{Path, PendingLight},
@@ -7,7 +8,7 @@ use crate::{
 use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::Parcel;
-use raystrips_tracer::RayBuffer;
+use raystrips_tracer::{PACKET, RayBuffer};
 
 /// A [`Path`] that waits: what cannot be found again from the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +62,9 @@ pub(super) struct Answer {
     pub hit: Hit,
 }
 
+/// Bytes of a ray that waits, at about, with what queues have to spare.
+pub(super) const RAY_BYTES: usize = 80;
+
 /// What waits for a run of pages.
 #[derive(Default)]
 pub(super) struct Waiting {
@@ -68,6 +72,7 @@ pub(super) struct Waiting {
     pub shadow: RayBuffer<PendingLight>,
     /// Hits in one of the pages, whose surface is needed.
     pub hits: Vec<Answer>,
+    pub packets: Vec<CameraPacket>,
 }
 
 impl Parcel for Waiting {
@@ -75,9 +80,17 @@ impl Parcel for Waiting {
         self.closest.append(&mut other.closest);
         self.shadow.append(&mut other.shadow);
         self.hits.append(&mut other.hits);
+        self.packets.append(&mut other.packets);
+    }
+
+    fn rays(&self) -> usize {
+        self.closest.len() + self.shadow.len() + self.hits.len() + self.packets.len() * PACKET
     }
 
     fn bytes(&self) -> usize {
-        self.closest.bytes() + self.shadow.bytes() + self.hits.capacity() * size_of::<Answer>()
+        self.closest.bytes()
+            + self.shadow.bytes()
+            + self.hits.capacity() * size_of::<Answer>()
+            + self.packets.capacity() * size_of::<CameraPacket>()
     }
 }

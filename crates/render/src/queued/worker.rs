@@ -1,6 +1,7 @@
 //! A thread that traces and shades.
 
 use super::Job;
+use super::starts::CameraPacket;
 use super::waiting::{Answer, Waiting, WaitingPath};
 use crate::{
     deposits::Deposits,
@@ -10,8 +11,11 @@ use crate::{
     traced::surface_of,
     wave::{PendingLight, ShadeOutput, camera_path},
 };
-use raystrips_reorder::{Parcel, Work};
-use raystrips_tracer::{Buffered, Cursor, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of};
+use raystrips_geom::{Hit, Ray};
+use raystrips_reorder::{Amount, Parcel, Work};
+use raystrips_tracer::{
+    Buffered, Cursor, PACKET, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of,
+};
 use std::collections::HashMap;
 use std::sync::PoisonError;
 use std::time::Instant;
@@ -20,6 +24,8 @@ use std::time::Instant;
 const VISIT_RAYS: usize = 8192;
 /// Rays between looks at how many pages a visit holds.
 const STEP_RAYS: usize = 1024;
+/// A packet of camera rays is traced together this many times at most; absent pages end that.
+const MOST_ATTEMPTS: u32 = 4;
 /// Most empty parcels that a worker keeps, and the most memory of each.
 const MOST_SPARE: usize = 1024;
 const SPARE_BYTES: usize = 4096;
@@ -34,13 +40,17 @@ pub(super) struct Worker<'a> {
     shadow: RayBuffer<PendingLight>,
     shadow_cursor: Cursor,
     answers: Vec<Answer>,
+    packets: Vec<CameraPacket>,
+    /// Those of a packet.
+    rays: Vec<Ray>,
+    paths: Vec<WaitingPath>,
     /// Rays that shading asks for.
     next: RayBuffer<WaitingPath>,
     next_shadow: RayBuffer<PendingLight>,
     /// Rays that cannot go on here.
     set_aside: SetAside,
-    /// Bytes of the work as it came.
-    work_bytes: usize,
+    /// The work as it came.
+    served: Amount,
     deposits: Deposits,
     stats: RenderStats,
 }
@@ -75,10 +85,13 @@ impl<'a> Worker<'a> {
             shadow: RayBuffer::default(),
             shadow_cursor: Cursor::default(),
             answers: Vec::new(),
+            packets: Vec::new(),
+            rays: Vec::new(),
+            paths: Vec::new(),
             next: RayBuffer::default(),
             next_shadow: RayBuffer::default(),
             set_aside: SetAside::default(),
-            work_bytes: 0,
+            served: Amount::default(),
             deposits: Deposits::default(),
             stats: RenderStats::default(),
         }
@@ -118,12 +131,13 @@ impl<'a> Worker<'a> {
     }
 
     fn begin(&mut self, work: Work<Waiting>) {
-        self.work_bytes = 0;
+        self.served = Amount::default();
         match work {
             Work::Start(number) => self.start(number),
             Work::Serve(waiting) => {
-                self.work_bytes = waiting.bytes();
-                (self.closest, self.shadow, self.answers) = (waiting.closest, waiting.shadow, waiting.hits);
+                self.served = Amount::of(&waiting);
+                let Waiting { closest, shadow, hits, packets } = waiting;
+                (self.closest, self.shadow, self.answers, self.packets) = (closest, shadow, hits, packets);
             }
         }
         (self.closest_cursor, self.shadow_cursor) = Default::default();
@@ -133,25 +147,55 @@ impl<'a> Worker<'a> {
     fn finish(&mut self) {
         let Job { queues, runs, ray_memory, world, .. } = self.job;
         let left = &mut self.set_aside.parcels;
-        queues.finish(self.work_bytes, left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
+        queues.finish(self.served, left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
         self.set_aside.empty();
         ray_memory.follow(queues.bytes(), world.pool());
     }
 
     /// Begins the paths of a batch.
-    fn start(&mut self, number: u64) {
-        let begin = Instant::now();
-        let Job { params, camera, starts, .. } = self.job;
+    fn start(&mut self, batch: u64) {
+        let Job { params, starts, .. } = self.job;
         self.closest.clear();
         self.shadow.clear();
-        for ([x, y], sample) in starts.batch(number) {
-            let pixel = y * params.width + x;
-            self.deposits.begin_sample(pixel);
-            let (ray, path) = camera_path(params, camera, [x, y], sample, pixel);
-            self.closest.push(ray, WaitingPath::new(&path));
+        self.packets.extend(starts.packets(batch));
+        for ([x, y], _) in self.packets.iter().flat_map(|&packet| starts.of_packet(packet)) {
+            self.deposits.begin_sample(y * params.width + x);
+            self.stats.primary += 1;
         }
-        self.stats.primary += self.closest.len() as u64;
-        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+    }
+
+    /// Traces some packets of camera rays, about `most` rays. Those that do not keep together, or that met absent pages
+    /// too often, go on as single rays.
+    fn trace_packets(&mut self, tracer: &mut VisitTracer, most: usize) {
+        let Job { params, camera, starts, .. } = self.job;
+        for _ in 0..most.div_ceil(PACKET) {
+            let Some(mut packet) = self.packets.pop() else { return };
+            let begin = Instant::now();
+            let paths = starts.of_packet(packet).map(|([x, y], sample)| {
+                let (ray, path) = camera_path(params, camera, [x, y], sample, y * params.width + x);
+                (ray, WaitingPath::new(&path))
+            });
+            self.rays.clear();
+            self.paths.clear();
+            self.rays.extend(paths.map(|(ray, path)| {
+                self.paths.push(path);
+                ray
+            }));
+            self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+            let begin = Instant::now();
+            let mut hits = [Hit::MISS; PACKET];
+            let hits = &mut hits[..self.rays.len()];
+            let rays = self.rays.iter().zip(&self.paths);
+            packet.attempts += 1;
+            match tracer.intersect_packet(&self.rays, hits) {
+                Ok(true) => self.answers.extend(
+                    rays.zip(hits).map(|((&ray, &path), hit)| Answer { path, ray, hit: *hit }),
+                ),
+                Err(page) if packet.attempts < MOST_ATTEMPTS => self.set_aside.of(page).packets.push(packet),
+                Ok(false) | Err(_) => rays.for_each(|(&ray, &path)| self.next.push(ray, path)),
+            }
+            self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        }
     }
 
     /// Traces some of the rays, about `most` of each kind, and shades what they find. Tells how many they were.
@@ -182,6 +226,7 @@ impl<'a> Worker<'a> {
         });
         self.stats.seconds.trace += begin.elapsed().as_secs_f64();
         let after = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
+        self.trace_packets(tracer, most);
         let answered = self.answers.len();
         self.shade(visit);
         before - after + answered
@@ -235,6 +280,7 @@ impl<'a> Worker<'a> {
         self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor) == 0
             && self.next.is_empty()
             && self.next_shadow.is_empty()
+            && self.packets.is_empty()
     }
 
     /// Puts what was gathered into the film.

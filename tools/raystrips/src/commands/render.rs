@@ -30,7 +30,13 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let pack = pack_of(args)?;
     let pixels = u64::from(args.size.0) * u64::from(args.size.1);
     let threads = if args.threads == 0 { std::thread::available_parallelism()?.get() } else { args.threads };
-    let residency = residency::of(&pack, args.convert.source.memory, args.reorder, pixels, threads as u64)?;
+    let residency = residency::of(
+        &pack,
+        args.convert.source.memory,
+        args.reorder,
+        (pixels, has_aovs(args)),
+        threads as u64,
+    )?;
     let bar = render_bar(pixels * u64::from(args.spp));
     let progress = |progress: RenderProgress| {
         if interrupt::happened() {
@@ -73,6 +79,11 @@ fn pack_of(args: &RenderArgs) -> Result<PathBuf> {
     cache::pack_of(&args.input, args.cache.as_deref(), &args.convert, args.threads)
 }
 
+/// PNG has no room for albedo and normal.
+fn has_aovs(args: &RenderArgs) -> bool {
+    extension(&args.output).as_deref() == Some("exr")
+}
+
 fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
     Ok(RenderParams {
         integrator: match args.integrator {
@@ -87,6 +98,7 @@ fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
         threads: args.threads,
         camera: args.camera.as_deref().map(|text| camera::parse(text, manifest)).transpose()?,
         max_bounces: args.bounces,
+        aovs: has_aovs(args),
         ..RenderParams::default()
     })
 }
