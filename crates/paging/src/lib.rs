@@ -10,6 +10,7 @@ mod file_bytes;
 mod page;
 mod parents;
 mod pool;
+mod probe;
 mod runs;
 mod visit;
 

@@ -8,6 +8,7 @@ use crate::OpenError;
 use crate::clock::Clock;
 use crate::page::{self, Frame, Page};
 use crate::parents::Parents;
+use crate::probe;
 use crate::visit::Visit;
 use raystrips_extmem::{BlockBuffer, BlockFile, MemoryBudget, Reservation, spare_memory};
 use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
@@ -113,6 +114,15 @@ impl PagePool {
     /// Pages that fit in memory.
     pub fn capacity(&self) -> usize {
         (self.most_bytes / PagePool::frame_bytes(&self.pack)) as usize
+    }
+
+    /// How much to read at a time, found by reading some: 0 for single pages, more where the disk has to seek.
+    ///
+    /// # Errors
+    /// If the pack cannot be read.
+    pub fn probe(&self) -> Result<u64, OpenError> {
+        probe::read_bytes(&self.file, &self.pack.directory)
+            .map_err(|e| OpenError { path: self.path.clone(), source: e.into() })
     }
 
     /// What it has done so far.

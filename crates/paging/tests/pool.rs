@@ -34,7 +34,10 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
         let page = visit.page(id).unwrap();
         assert_eq!(bytemuck::bytes_of(page.header()), bytemuck::bytes_of(all.page(id).header()));
         let other = (id + 1) % directory.len() as PageId;
-        assert!(!pool.load(other..other + 1, &mut BlockBuffer::default()).unwrap(), "the visit holds all memory");
+        assert!(
+            !pool.load(other..other + 1, &mut BlockBuffer::default()).unwrap(),
+            "the visit holds all memory"
+        );
         assert_eq!(visit.page(id).unwrap().strip_count(), all.page(id).strip_count());
     }
     let counts = pool.counts();

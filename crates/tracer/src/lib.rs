@@ -24,8 +24,8 @@ mod strip;
 mod walk;
 mod window;
 
-pub use packet::PACKET;
 pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
+pub use packet::PACKET;
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};

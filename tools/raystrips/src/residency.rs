@@ -5,7 +5,7 @@ use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
 use raystrips_pack::Pack;
-use raystrips_render::{Film, QUEUED_THREAD_BYTES, QueueParams, WRITTEN_PIXEL_BYTES};
+use raystrips_render::{Film, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES};
 use raystrips_tracer::PagePool;
 use std::fs::File;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub enum Residency {
     /// With all of it in memory, or mapped.
     Whole,
     /// With rays that wait for pages.
-    Queues { page_bytes: u64, queues: QueueParams },
+    Queues { page_bytes: u64, ray_bytes: u64 },
 }
 
 /// Decides how the pack at `path` is rendered to so many pixels, with their albedo and normal or without, by so many
@@ -64,8 +64,6 @@ pub fn of(
         );
     }
     let shared = given - taken;
-    let ray_part: f64 = std::env::var("RP").map_or(0.25, |t| t.parse().unwrap());
-    let read_bytes = std::env::var("RB").map_or(1, |t| t.parse().unwrap());
-    let ray_bytes = ((shared as f64 * ray_part) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
-    Ok(Residency::Queues { page_bytes: shared, queues: QueueParams { ray_bytes, read_bytes } })
+    let ray_bytes = ((shared as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
+    Ok(Residency::Queues { page_bytes: shared, ray_bytes })
 }

@@ -28,8 +28,10 @@ use worker::Worker;
 
 /// Part of the pages in memory that the visits of all threads may hold.
 const HELD_PART: f64 = 0.25;
-/// Reads under way: a disk works on several at a time.
-const READERS: usize = 8;
+/// Most reads under way: a disk works on several at a time.
+const MOST_READERS: u64 = 8;
+/// Memory for what they read.
+const READ_BUFFER_BYTES: u64 = 2 << 20;
 /// Runs of pages that are read or have come while no thread goes on with their rays.
 const READ_AHEAD: usize = 16;
 /// Queues are served together up to so many rays, so that each step of the tracer has many.
@@ -82,6 +84,7 @@ pub fn render_queued(
             runs,
             ray_memory: RayMemory::default(),
             starts,
+            readers: (READ_BUFFER_BYTES / paging.read_bytes.max(1)).clamp(1, MOST_READERS) as usize,
             most_held: 0,
             output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
             error: Mutex::new(None),
@@ -102,6 +105,7 @@ struct Job<'a> {
     runs: Runs,
     ray_memory: RayMemory,
     starts: Starts,
+    readers: usize,
     /// Pages that a visit may hold.
     most_held: usize,
     output: Mutex<RenderOutput>,
@@ -116,7 +120,7 @@ impl Job<'_> {
         let held = self.world.pool().capacity() as f64 * HELD_PART;
         self.most_held = (held as usize / pool.current_num_threads()).max(1);
         std::thread::scope(|scope| {
-            (0..READERS).for_each(|_| drop(scope.spawn(|| self.read_pages())));
+            (0..self.readers).for_each(|_| drop(scope.spawn(|| self.read_pages())));
             pool.broadcast(|_| Worker::new(&self).run());
         });
         if let Some(error) = self.error.into_inner().unwrap_or_else(PoisonError::into_inner) {

@@ -13,9 +13,7 @@ use crate::{
 };
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{Amount, Parcel, Work};
-use raystrips_tracer::{
-    Buffered, Cursor, PACKET, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of,
-};
+use raystrips_tracer::{Buffered, Cursor, PACKET, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of};
 use std::collections::HashMap;
 use std::sync::PoisonError;
 use std::time::Instant;
@@ -188,9 +186,11 @@ impl<'a> Worker<'a> {
             let rays = self.rays.iter().zip(&self.paths);
             packet.attempts += 1;
             match tracer.intersect_packet(&self.rays, hits) {
-                Ok(true) => self.answers.extend(
-                    rays.zip(hits).map(|((&ray, &path), hit)| Answer { path, ray, hit: *hit }),
-                ),
+                Ok(true) => self.answers.extend(rays.zip(hits).map(|((&ray, &path), hit)| Answer {
+                    path,
+                    ray,
+                    hit: *hit,
+                })),
                 Err(page) if packet.attempts < MOST_ATTEMPTS => self.set_aside.of(page).packets.push(packet),
                 Ok(false) | Err(_) => rays.for_each(|(&ray, &path)| self.next.push(ray, path)),
             }

@@ -9,8 +9,8 @@ use crate::{cache, camera, interrupt, process};
 use anyhow::{Result, bail};
 use raystrips_pack::Manifest;
 use raystrips_render::{
-    ImageOptions, Integrator, PagedWorld, RenderOutput, RenderParams, RenderProgress, TracedWorld, render,
-    render_queued, write_image,
+    ImageOptions, Integrator, PagedWorld, QueueParams, RenderOutput, RenderParams, RenderProgress,
+    TracedWorld, render, render_queued, write_image,
 };
 use raystrips_tracer::{PagePool, PoolCounts, Scene};
 use serde_json::json;
@@ -52,8 +52,9 @@ pub fn run(args: &RenderArgs) -> Result<()> {
             let output = render(&world, &params, &progress)?;
             (params, output, Pages::of_scene(world.scene()))
         }
-        Residency::Queues { page_bytes, queues } => {
+        Residency::Queues { page_bytes, ray_bytes } => {
             let world = PagedWorld::new(PagePool::open(&pack, page_bytes)?);
+            let queues = QueueParams { ray_bytes, read_bytes: world.pool().probe()? };
             let params = params(args, &world.pool().pack().manifest)?;
             let output = render_queued(&world, &params, &queues, &progress)?;
             (params, output, Pages::of_pool(world.pool()))
