@@ -16,7 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("convert", &["geom", "extmem", "meshio", "strips", "simplify", "pack"]),
     ("paging", &["extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
-    ("reorder", &[]),
+    ("reorder", &["geom", "extmem"]),
     ("render", &["geom", "extmem", "tracer", "reorder"]),
 ];
 
