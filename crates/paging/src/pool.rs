@@ -20,6 +20,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Frames are whole pages of the system's.
 const FRAME_UNIT: u64 = 4096;
+/// Most bytes that are read at a time: a disk that seeks does not gain by more.
+const MOST_READ_BYTES: u64 = 1 << 20;
 
 /// The pages of one pack, of which some are in memory.
 pub struct PagePool {
@@ -150,33 +152,51 @@ impl PagePool {
         Some(page)
     }
 
-    /// Reads those of `pages` that are not there, in one go, and checks them. Pages that were not used for long go. False,
-    /// and nothing done, where visits hold all memory: it is there when they end. `buffer` is for what is read.
+    /// Bytes of those of `pages` that are not in memory.
+    pub fn absent_bytes(&self, pages: Range<PageId>) -> u64 {
+        pages.filter(|&id| self.slot(id).is_none()).map(|id| u64::from(self.entry(id).bytes)).sum()
+    }
+
+    /// Reads those of `pages` that are not there, in one go or a few, and checks them. Pages that were not used for long go.
+    /// False where visits hold all memory: it is there when they end. `buffer` is for what is read.
     ///
     /// # Errors
     /// If a page cannot be read or is damaged.
     pub fn load(&self, pages: Range<PageId>, buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
-        let absent: Vec<PageId> = pages.filter(|&id| self.slot(id).is_none()).collect();
-        let (Some(&first), Some(&last)) = (absent.first(), absent.last()) else { return Ok(true) };
-        let frames: Option<Vec<Frame>> = absent.iter().map(|_| self.take_frame()).collect();
+        let mut absent: Vec<PageId> = pages.filter(|&id| self.slot(id).is_none()).collect();
+        while let Some(&first) = absent.first() {
+            let begin = self.entry(first).offset;
+            let fits = |&id: &PageId| self.end(id) - begin <= MOST_READ_BYTES;
+            let count = absent.iter().take_while(|id| fits(id)).count().max(1);
+            let left = absent.split_off(count);
+            if !self.read(&absent, buffer)? {
+                return Ok(false);
+            }
+            absent = left;
+        }
+        Ok(true)
+    }
+
+    /// Reads pages in one go.
+    fn read(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
+        let (Some(&first), Some(&last)) = (pages.first(), pages.last()) else { return Ok(true) };
+        let frames: Option<Vec<Frame>> = pages.iter().map(|_| self.take_frame()).collect();
         let Some(frames) = frames else { return Ok(false) };
         let error = |source| OpenError { path: self.path.clone(), source };
         let begin = self.entry(first).offset;
-        let end = self.entry(last).offset + u64::from(self.entry(last).bytes);
-        let bytes = self.file.read(begin..end, buffer).map_err(|e| error(e.into()))?;
-        for (id, frame) in absent.into_iter().zip(frames) {
+        let bytes = self.file.read(begin..self.end(last), buffer).map_err(|e| error(e.into()))?;
+        for (&id, frame) in pages.iter().zip(frames) {
             let entry = self.entry(id);
             let bytes = &bytes[(entry.offset - begin) as usize..][..entry.bytes as usize];
             self.check(bytes, id).map_err(error)?;
+            self.counters.read.fetch_add(1, Ordering::Relaxed);
+            self.counters.bytes_read.fetch_add(u64::from(entry.bytes), Ordering::Relaxed);
             self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
             let mut slot = self.slot(id);
             if slot.is_none() {
                 *slot = Some(Arc::new(Page::new(bytes, frame)));
                 self.clock().push(id);
             }
-            drop(slot);
-            self.counters.read.fetch_add(1, Ordering::Relaxed);
-            self.counters.bytes_read.fetch_add(u64::from(entry.bytes), Ordering::Relaxed);
         }
         Ok(true)
     }
@@ -233,6 +253,11 @@ impl PagePool {
 
     fn entry(&self, id: PageId) -> &PageEntry {
         &self.pack.directory[id as usize]
+    }
+
+    /// Where a page ends in the file.
+    fn end(&self, id: PageId) -> u64 {
+        self.entry(id).offset + u64::from(self.entry(id).bytes)
     }
 
     fn slot(&self, id: PageId) -> MutexGuard<'_, Option<Arc<Page>>> {

@@ -126,4 +126,12 @@ pub enum RenderError {
     /// A page cannot be read or is damaged.
     #[error(transparent)]
     Page(#[from] raystrips_tracer::OpenError),
+    /// Rays that wait cannot be written to the scratch folder, or read from it.
+    #[error("{}: {source}", folder.display())]
+    Scratch {
+        /// The folder.
+        folder: std::path::PathBuf,
+        /// What is wrong.
+        source: std::io::Error,
+    },
 }

@@ -12,6 +12,7 @@ use crate::{
     world::{Emitter, World},
 };
 use raystrips_geom::{Aabb, scene::SceneDesc};
+use raystrips_tracer::OpenError;
 use std::{
     sync::{
         Mutex,
@@ -49,6 +50,10 @@ pub struct StageSeconds {
     pub total: f64,
     /// Making camera rays, summed over threads.
     pub generate: f64,
+    /// Finding where rays probably hit, summed over threads.
+    pub approximate: f64,
+    /// Giving rays their places and sorting them, summed over threads.
+    pub sort: f64,
     /// In the world's ray queries, summed over threads.
     pub trace: f64,
     /// Shading and adding up, summed over threads.
@@ -63,6 +68,8 @@ impl RenderStats {
         self.shadow += other.shadow;
         self.secondary += other.secondary;
         self.seconds.generate += other.seconds.generate;
+        self.seconds.approximate += other.seconds.approximate;
+        self.seconds.sort += other.seconds.sort;
         self.seconds.trace += other.seconds.trace;
         self.seconds.shade += other.seconds.shade;
         self.seconds.wait += other.seconds.wait;
@@ -83,7 +90,7 @@ pub struct RenderProgress {
 /// Renders a picture. `progress` is called after each tile, by one thread at a time.
 ///
 /// # Errors
-/// Where the size, the samples or the camera are of no use, or no threads can be started.
+/// Where the size, the samples or the camera are of no use, no threads can be started, or the world cannot answer.
 pub fn render(
     world: &dyn World,
     params: &RenderParams,
@@ -155,10 +162,13 @@ pub(crate) fn render_tiles(
     let output = Mutex::new(RenderOutput { film, stats: RenderStats::default() });
     let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
     let next_tile = AtomicUsize::new(0);
-    pool.broadcast(|_| {
+    let outcomes = pool.broadcast(|_| {
         let mut wave = Wave::default();
         while let Some(tile) = tiles.get(next_tile.fetch_add(1, Ordering::Relaxed)) {
-            let (tile_film, tile_stats) = wave.render_tile(&context, tile);
+            let outcome = wave.render_tile(&context, tile);
+            // The others need not go on when one failed.
+            let (tile_film, tile_stats) =
+                outcome.inspect_err(|_| next_tile.store(tiles.len(), Ordering::Relaxed))?;
             let mut output = output.lock().expect("no thread panics while it holds the film");
             output.film.paste(tile.x, tile.y, &tile_film);
             output.stats.add(&tile_stats);
@@ -169,7 +179,9 @@ pub(crate) fn render_tiles(
                 rays: primary + shadow + secondary,
             });
         }
+        Ok(())
     });
+    outcomes.into_iter().collect::<Result<(), OpenError>>()?;
     let mut output = output.into_inner().expect("no thread panics while it holds the film");
     output.stats.seconds.total = start.elapsed().as_secs_f64();
     Ok(output)

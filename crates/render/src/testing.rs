@@ -10,6 +10,7 @@ use raystrips_geom::{
     Aabb, Hit, Ray,
     scene::{Camera, Geometry, Material, Projection, SceneDesc},
 };
+use raystrips_tracer::OpenError;
 
 /// Triangles in a list.
 #[derive(Default)]
@@ -47,17 +48,22 @@ impl BruteWorld {
 }
 
 impl World for BruteWorld {
-    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError> {
         rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.intersect(ray));
+        Ok(())
     }
 
-    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError> {
         rays.iter().zip(occluded).for_each(|(ray, occluded)| *occluded = self.intersect(ray).is_hit());
+        Ok(())
     }
 
-    fn surface(&self, hit: &Hit) -> Surface {
-        let Emitter { corners, geometry } = self.triangles[hit.prim_id as usize];
-        Surface { geometry, triangle: hit.prim_id, corners, u: hit.u, v: hit.v }
+    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
+        for (hit, surface) in hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit()) {
+            let Emitter { corners, geometry } = self.triangles[hit.prim_id as usize];
+            *surface = Surface { geometry, triangle: hit.prim_id, corners, u: hit.u, v: hit.v };
+        }
+        Ok(())
     }
 
     fn bounds(&self) -> Aabb {

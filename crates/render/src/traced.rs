@@ -1,9 +1,9 @@
-//! A pack as a world.
+//! A pack in memory as a world.
 
 use crate::world::{Emitter, Surface, World};
 use glam::Vec3;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
-use raystrips_tracer::{PagePool, ResolvedHit, Scene, Tracer};
+use raystrips_tracer::{OpenError, ResolvedHit, Scene, Tracer};
 
 /// A scene of the tracer, ready to be rendered.
 pub struct TracedWorld {
@@ -25,20 +25,25 @@ impl TracedWorld {
 }
 
 impl World for TracedWorld {
-    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError> {
         Tracer::new(&self.scene).intersect_batch(rays, hits);
+        Ok(())
     }
 
-    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError> {
         Tracer::new(&self.scene).intersect_packet(rays, hits);
+        Ok(())
     }
 
-    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError> {
         Tracer::new(&self.scene).occluded_batch(rays, occluded);
+        Ok(())
     }
 
-    fn surface(&self, hit: &Hit) -> Surface {
-        surface_of(&self.scene.locate(hit))
+    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
+        let pairs = hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit());
+        pairs.for_each(|(hit, surface)| *surface = surface_of(&self.scene.locate(hit)));
+        Ok(())
     }
 
     fn bounds(&self) -> Aabb {
@@ -54,39 +59,7 @@ impl World for TracedWorld {
     }
 }
 
-/// A pack of which some pages are in memory, ready to be [rendered](crate::render_queued).
-pub struct PagedWorld {
-    pool: PagePool,
-    emitters: Vec<Emitter>,
-}
-
-impl PagedWorld {
-    /// Takes over `pool`.
-    pub fn new(pool: PagePool) -> PagedWorld {
-        let emitters = emitters(&pool.pack().emitters);
-        PagedWorld { pool, emitters }
-    }
-
-    /// The pages.
-    pub fn pool(&self) -> &PagePool {
-        &self.pool
-    }
-
-    pub(crate) fn description(&self) -> &SceneDesc {
-        &self.pool.pack().manifest.scene
-    }
-
-    pub(crate) fn bounds(&self) -> Aabb {
-        let manifest = &self.pool.pack().manifest;
-        Aabb { min: Vec3::from_array(manifest.bounds_min), max: Vec3::from_array(manifest.bounds_max) }
-    }
-
-    pub(crate) fn emitters(&self) -> &[Emitter] {
-        &self.emitters
-    }
-}
-
-fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
+pub(crate) fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
     let emitter = |e: &raystrips_tracer::Emitter| Emitter {
         corners: e.corners.map(Vec3::from_array),
         geometry: e.geometry,

@@ -17,6 +17,7 @@ use crate::{
 };
 use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
+use raystrips_tracer::OpenError;
 use std::{mem, ops::Range, time::Instant};
 
 /// Pixels along a side of a tile.
@@ -141,7 +142,11 @@ pub(crate) struct Wave {
 
 impl Wave {
     /// Renders a tile.
-    pub fn render_tile(&mut self, context: &WaveContext, tile: &Tile) -> (Film, RenderStats) {
+    pub fn render_tile(
+        &mut self,
+        context: &WaveContext,
+        tile: &Tile,
+    ) -> Result<(Film, RenderStats), OpenError> {
         let mut film = Film::new(tile.width, tile.height, context.params.aovs);
         self.stats = RenderStats::default();
         let sample_count = u64::from(tile.width * tile.height) * u64::from(context.params.spp);
@@ -149,14 +154,14 @@ impl Wave {
             self.generate(context, tile, start..sample_count.min(start + WAVE_PATHS), &mut film);
             let mut are_camera_rays = true;
             while !self.current.rays.is_empty() {
-                self.intersect(context, are_camera_rays);
+                self.intersect(context, are_camera_rays)?;
                 are_camera_rays = false;
                 self.shade(context, &mut film);
-                self.resolve_shadows(context, &mut film);
+                self.resolve_shadows(context, &mut film)?;
                 mem::swap(&mut self.current, &mut self.next);
             }
         }
-        (film, mem::take(&mut self.stats))
+        Ok((film, mem::take(&mut self.stats)))
     }
 
     /// Begins the paths of a range of the tile's samples, which are numbered pixel by pixel.
@@ -177,18 +182,19 @@ impl Wave {
         self.stats.seconds.generate += start.elapsed().as_secs_f64();
     }
 
-    fn intersect(&mut self, context: &WaveContext, are_camera_rays: bool) {
+    fn intersect(&mut self, context: &WaveContext, are_camera_rays: bool) -> Result<(), OpenError> {
         let start = Instant::now();
         self.hits.clear();
         self.hits.resize(self.current.rays.len(), Hit::MISS);
         let (rays, hits) = (&self.current.rays, &mut self.hits);
         match are_camera_rays {
-            true => context.world.intersect_camera_batch(rays, hits),
-            false => context.world.intersect_batch(rays, hits),
+            true => context.world.intersect_camera_batch(rays, hits)?,
+            false => context.world.intersect_batch(rays, hits)?,
         }
         self.surfaces.resize(self.hits.len(), Surface::default());
-        context.world.surface_batch(&self.hits, &mut self.surfaces);
+        context.world.surface_batch(&self.hits, &mut self.surfaces)?;
         self.stats.seconds.trace += start.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// Shades the hits of the current rays and fills the queues of next and shadow rays.
@@ -214,11 +220,11 @@ impl Wave {
         self.stats.seconds.shade += start.elapsed().as_secs_f64();
     }
 
-    fn resolve_shadows(&mut self, context: &WaveContext, film: &mut Film) {
+    fn resolve_shadows(&mut self, context: &WaveContext, film: &mut Film) -> Result<(), OpenError> {
         let start = Instant::now();
         self.occluded.clear();
         self.occluded.resize(self.shadow.rays.len(), false);
-        context.world.occluded_batch(&self.shadow.rays, &mut self.occluded);
+        context.world.occluded_batch(&self.shadow.rays, &mut self.occluded)?;
         let traced = Instant::now();
         for (pending, &occluded) in self.shadow.errands.iter().zip(&self.occluded) {
             if !occluded {
@@ -227,6 +233,7 @@ impl Wave {
         }
         self.stats.seconds.trace += (traced - start).as_secs_f64();
         self.stats.seconds.shade += traced.elapsed().as_secs_f64();
+        Ok(())
     }
 }
 

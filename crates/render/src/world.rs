@@ -2,33 +2,28 @@
 
 use glam::Vec3;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
+use raystrips_tracer::OpenError;
 
-/// A scene that can be traced. Called from many threads at once.
+/// A scene that can be traced. Called from many threads at once. Where not all of it is in memory, an answer can fail.
 ///
 /// Everything is in one space, that of the triangles; [`World::description`] is moved there.
 pub trait World: Sync {
     /// Writes the nearest hit of `rays[i]` into `hits[i]`, [`Hit::MISS`] where there is none. The slices have
     /// the same length.
-    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]);
+    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError>;
 
     /// The same for rays that keep together, those of neighboring pixels.
-    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        self.intersect_batch(rays, hits);
+    fn intersect_camera_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError> {
+        self.intersect_batch(rays, hits)
     }
 
     /// Writes into `occluded[i]` whether anything lies on the segment of `rays[i]`. The slices have the same
     /// length.
-    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]);
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError>;
 
-    /// The triangle of a hit, not a miss, that [`World::intersect_batch`] returned.
-    fn surface(&self, hit: &Hit) -> Surface;
-
-    /// Writes the surface of `hits[i]` into `surfaces[i]`, and leaves it as it is for a miss. The slices have the
-    /// same length. A world that keeps triangles on disk overrides this to visit each page once.
-    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) {
-        let pairs = hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit());
-        pairs.for_each(|(hit, surface)| *surface = self.surface(hit));
-    }
+    /// Writes the triangle of `hits[i]`, which [`World::intersect_batch`] found, into `surfaces[i]`, and leaves it as it
+    /// is for a miss. The slices have the same length.
+    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError>;
 
     /// A box around all triangles.
     fn bounds(&self) -> Aabb;

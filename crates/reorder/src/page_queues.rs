@@ -181,16 +181,29 @@ impl<P: Parcel> PageQueues<P> {
         self.lock().total.bytes
     }
 
-    /// The page to read next, or `None` when all is done. Waits for it. It must have [arrived](PageQueues::arrived), or be
-    /// [put back](PageQueues::put_back), after that.
+    /// The page of the longest queue, to be read next, or `None` when all is done. Waits for it. It must have
+    /// [arrived](PageQueues::arrived), or be [put back](PageQueues::put_back), after that.
     pub fn next_read(&self) -> Option<u32> {
+        self.next_read_by(|waiting| waiting.last().copied())
+    }
+
+    /// The same for the page of the most rays by cost, the benefit by cost of Pharr et al. 1997. All costs are asked for, so
+    /// this is for few pages.
+    pub fn next_read_by_benefit(&self, cost: impl Fn(u32) -> u64) -> Option<u32> {
+        let benefit = |&(rays, page): &(usize, u32)| rays as f64 / (cost(page) + 1) as f64;
+        self.next_read_by(|waiting| waiting.iter().copied().max_by(|a, b| benefit(a).total_cmp(&benefit(b))))
+    }
+
+    fn next_read_by(&self, choose: impl Fn(&BTreeSet<(usize, u32)>) -> Option<(usize, u32)>) -> Option<u32> {
         let mut state = self.lock();
         loop {
             if state.is_over() {
                 return None;
             }
             if state.can_read() {
-                let (_, page) = state.waiting.pop_last().expect("there is one to read");
+                let next = choose(&state.waiting).expect("there is one to read");
+                state.waiting.remove(&next);
+                let (_, page) = next;
                 state.stages[page as usize] = Stage::Reading;
                 state.reading += 1;
                 self.wake_one_each(&state);
@@ -361,6 +374,16 @@ mod tests {
         assert_eq!(queues.next_work(), Some(Work::Serve(vec![1, 4, 5, 6])));
         finish(&queues, 4, &[]);
         assert_eq!((queues.next_work(), queues.next_read()), (None, None));
+    }
+
+    #[test]
+    fn benefit_by_cost_can_decide_what_is_read() {
+        let queues = PageQueues::new(3, 1, limits(1, 3));
+        assert_eq!(queues.next_work(), Some(Work::Start(0)));
+        finish(&queues, 0, &[(0, &[1, 1, 1]), (1, &[2, 2]), (2, &[3])]);
+        let cost = |page: u32| [30, 10, 0][page as usize];
+        let order = [(); 3].map(|()| queues.next_read_by_benefit(cost));
+        assert_eq!(order, [Some(2), Some(1), Some(0)]);
     }
 
     #[test]

@@ -27,6 +27,6 @@ mod window;
 pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use packet::PACKET;
 pub use rays::{Cursor, RayBuffer};
-pub use raystrips_pack::{Emitter, PackError, PageId, ProxyKind};
+pub use raystrips_pack::{Emitter, GeometryBounds, PackError, PageId, ProxyKind};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

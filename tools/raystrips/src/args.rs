@@ -143,6 +143,15 @@ pub struct ConvertArgs {
     pub json: bool,
 }
 
+/// Names of curves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CurveName {
+    /// Bits by turns: fast.
+    Z,
+    /// From neighbor to neighbor.
+    Hilbert,
+}
+
 /// Orders of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum ReorderName {
@@ -152,6 +161,18 @@ pub enum ReorderName {
     None,
     /// Rays wait for pages of the pack, as many of which are in memory as --memory allows.
     Queues,
+    /// Rays wait for chunks of 32 MiB, as of Pharr et al. 1997.
+    Chunks,
+    /// Generations of rays sorted by where they begin.
+    Origin,
+    /// The same, and where they go.
+    OriginDir,
+    /// Generations of rays sorted by where they probably hit, as of Moon et al. 2010.
+    Hph,
+    /// The same, and where they go.
+    HphDir,
+    /// The same, and where they begin.
+    HphOrigin,
 }
 
 /// Flags of `proxy`.
@@ -254,6 +275,14 @@ pub struct RenderArgs {
     /// In which order rays are traced. It changes the time, never the picture.
     #[arg(long, value_enum, value_name = "ORDER", default_value = "auto")]
     pub reorder: ReorderName,
+
+    /// The curve along which rays are sorted, for orders that sort.
+    #[arg(long, value_enum, value_name = "CURVE", default_value = "z")]
+    pub curve: CurveName,
+
+    /// Memory for rays that are to be sorted; by default a part of --memory.
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    pub ray_buffer: Option<u64>,
 
     /// Another number gives other noise; the same one always the same picture, bit for bit.
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -61,3 +61,8 @@ mod tests {
         assert_eq!(mode(&ours), mode(&other));
     }
 }
+
+/// What is behind the last dot of a name, in small letters.
+pub fn extension(path: &Path) -> Option<String> {
+    path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase)
+}

@@ -8,6 +8,7 @@ mod files;
 mod interrupt;
 mod process;
 mod progress;
+mod rendering;
 mod residency;
 mod units;
 

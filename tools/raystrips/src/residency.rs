@@ -22,34 +22,45 @@ const MOST_RAY_BYTES: u64 = 512 << 20;
 const LEAST_PAGES: u64 = 64;
 /// Least memory for rays that wait.
 const LEAST_RAY_BYTES: u64 = 8 << 20;
-/// How a pack is rendered.
+
+/// Where the pages of a pack are while it is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Residency {
-    /// With all of it in memory, or mapped.
-    Whole,
-    /// With rays that wait for pages.
-    Queues { page_bytes: u64, ray_bytes: u64 },
+    /// All in memory, or mapped.
+    Whole { ray_bytes: u64 },
+    /// Some in memory.
+    Paged { page_bytes: u64, ray_bytes: u64 },
 }
 
-/// Decides how the pack at `path` is rendered to so many pixels, with their albedo and normal or without, by so many
-/// threads.
-pub fn of(
-    path: &Path,
-    memory: Option<u64>,
-    reorder: ReorderName,
-    (pixels, aovs): (u64, bool),
-    threads: u64,
-) -> Result<Residency> {
+/// What is to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// Memory of the process, if that was given.
+    pub memory: Option<u64>,
+    pub reorder: ReorderName,
+    pub pixels: u64,
+    /// With albedo and normal.
+    pub aovs: bool,
+    pub threads: u64,
+}
+
+/// Decides how the pack at `path` is rendered.
+pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
+    let Asked { memory, reorder, pixels, aovs, threads } = *asked;
     let pack =
         File::open(path).map_err(raystrips_pack::PackError::from).and_then(|mut file| Pack::open(&mut file));
     let pack = pack.with_context(|| path.display().to_string())?;
     let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs);
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
     let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes;
-    match reorder {
-        ReorderName::None => return Ok(Residency::Whole),
-        ReorderName::Auto if whole <= given => return Ok(Residency::Whole),
-        ReorderName::Auto | ReorderName::Queues => {}
+    let for_rays = |bytes: u64| ((bytes as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
+    let is_whole = match reorder {
+        ReorderName::None => true,
+        ReorderName::Queues | ReorderName::Chunks => false,
+        _ => whole <= given,
+    };
+    if is_whole {
+        return Ok(Residency::Whole { ray_bytes: for_rays(given.saturating_sub(whole)) });
     }
     let taken = taken + threads * QUEUED_THREAD_BYTES + PagePool::resident_bytes(&pack);
     // The pages are gone when the picture is written.
@@ -64,6 +75,5 @@ pub fn of(
         );
     }
     let shared = given - taken;
-    let ray_bytes = ((shared as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
-    Ok(Residency::Queues { page_bytes: shared, ray_bytes })
+    Ok(Residency::Paged { page_bytes: shared, ray_bytes: for_rays(shared) })
 }

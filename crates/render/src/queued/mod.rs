@@ -3,7 +3,6 @@
 //! [`render`](crate::render()) makes.
 
 mod ray_memory;
-mod starts;
 mod waiting;
 mod worker;
 
@@ -12,15 +11,16 @@ use crate::{
     film::Film,
     integrator::Shader,
     material::Materials,
+    paged::PagedWorld,
     params::{RenderError, RenderParams},
     render::{RenderOutput, RenderProgress, RenderStats, Setting, camera_rays},
-    traced::PagedWorld,
+    starts::Starts,
+    world::World,
 };
 use ray_memory::RayMemory;
 use raystrips_extmem::BlockBuffer;
 use raystrips_reorder::{Limits, PageQueues};
 use raystrips_tracer::{OpenError, Runs};
-use starts::Starts;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use waiting::{RAY_BYTES, Waiting};
@@ -42,6 +42,16 @@ const PATIENCE: Duration = Duration::from_micros(200);
 /// Bytes that each thread of [`render_queued`] takes beside pages and waiting rays.
 pub const QUEUED_THREAD_BYTES: u64 = 8 << 20;
 
+/// Which pages are read next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Schedule {
+    /// Those that most rays wait for.
+    #[default]
+    Longest,
+    /// Those for which the most rays wait by the bytes that are not in memory (Pharr et al. 1997).
+    Benefit,
+}
+
 /// What paging is to use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueueParams {
@@ -49,6 +59,8 @@ pub struct QueueParams {
     pub ray_bytes: u64,
     /// Neighboring pages up to this size are read together: where a disk has to seek, that is what takes time.
     pub read_bytes: u64,
+    /// Which are read next.
+    pub schedule: Schedule,
 }
 
 /// Renders a picture of a scene of which some pages are in memory. `progress` is called now and then, by one thread at a
@@ -84,6 +96,7 @@ pub fn render_queued(
             runs,
             ray_memory: RayMemory::default(),
             starts,
+            schedule: paging.schedule,
             readers: (READ_BUFFER_BYTES / paging.read_bytes.max(1)).clamp(1, MOST_READERS) as usize,
             most_held: 0,
             output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
@@ -105,6 +118,7 @@ struct Job<'a> {
     runs: Runs,
     ray_memory: RayMemory,
     starts: Starts,
+    schedule: Schedule,
     readers: usize,
     /// Pages that a visit may hold.
     most_held: usize,
@@ -131,10 +145,20 @@ impl Job<'_> {
         Ok(output)
     }
 
+    fn next_read(&self) -> Option<u32> {
+        let pool = self.world.pool();
+        match self.schedule {
+            Schedule::Longest => self.queues.next_read(),
+            Schedule::Benefit => {
+                self.queues.next_read_by_benefit(|run| pool.absent_bytes(self.runs.pages(run)))
+            }
+        }
+    }
+
     /// Reads pages until all is done.
     fn read_pages(&self) {
         let mut buffer = BlockBuffer::default();
-        while let Some(run) = self.queues.next_read() {
+        while let Some(run) = self.next_read() {
             match self.world.pool().load(self.runs.pages(run), &mut buffer) {
                 Ok(true) => self.queues.arrived(run),
                 Ok(false) => {

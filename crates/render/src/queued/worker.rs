@@ -1,14 +1,15 @@
 //! A thread that traces and shades.
 
 use super::Job;
-use super::starts::CameraPacket;
-use super::waiting::{Answer, Waiting, WaitingPath};
+use super::waiting::{Answer, Waiting};
 use crate::{
     deposits::Deposits,
     interaction::SurfaceInteraction,
     params::RenderParams,
     render::{RenderProgress, RenderStats},
+    starts::CameraPacket,
     traced::surface_of,
+    waiting_path::WaitingPath,
     wave::{PendingLight, ShadeOutput, camera_path},
 };
 use raystrips_geom::{Hit, Ray};

@@ -1,27 +1,26 @@
-//! The beginnings of paths.
+//! The beginnings of paths, along a Z-curve over the picture.
 
 use crate::{
     params::RenderParams,
     wave::{TILE_EXTENT, Tile},
 };
+use raystrips_geom::morton;
 use raystrips_tracer::PACKET;
 use std::ops::Range;
 
-/// Paths started at a time.
-const BATCH: u64 = BATCH_PACKETS * PACKET as u64;
-/// Their packets.
+/// Packets started at a time.
 const BATCH_PACKETS: u64 = 64;
 
 /// Camera rays that are traced together, by a number from which they can be made again: waiting costs nearly nothing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CameraPacket {
+pub(crate) struct CameraPacket {
     number: u64,
     /// How often it was traced in vain, some page being absent.
     pub attempts: u32,
 }
 
 /// The samples of a picture, in batches of neighbors.
-pub(super) struct Starts {
+pub(crate) struct Starts {
     tiles: Vec<Tile>,
     spp: u64,
     /// Batches of a whole tile.
@@ -29,10 +28,14 @@ pub(super) struct Starts {
 }
 
 impl Starts {
+    /// Paths started at a time.
+    pub const BATCH: u64 = BATCH_PACKETS * PACKET as u64;
+
     pub fn new(params: &RenderParams) -> Starts {
-        let tiles = Tile::cover(params.width, params.height);
+        let mut tiles = Tile::cover(params.width, params.height);
+        tiles.sort_by_key(|tile| morton::encode([tile.x / TILE_EXTENT, tile.y / TILE_EXTENT, 0]));
         let spp = u64::from(params.spp);
-        let per_tile = (u64::from(TILE_EXTENT * TILE_EXTENT) * spp).div_ceil(BATCH);
+        let per_tile = (u64::from(TILE_EXTENT * TILE_EXTENT) * spp).div_ceil(Starts::BATCH);
         Starts { tiles, spp, per_tile }
     }
 
@@ -61,7 +64,7 @@ impl Starts {
     fn samples(&self, batch: u64) -> (&Tile, Range<u64>) {
         let tile = &self.tiles[(batch / self.per_tile) as usize];
         let count = u64::from(tile.width * tile.height) * self.spp;
-        let begin = (batch % self.per_tile * BATCH).min(count);
-        (tile, begin..count.min(begin + BATCH))
+        let begin = (batch % self.per_tile * Starts::BATCH).min(count);
+        (tile, begin..count.min(begin + Starts::BATCH))
     }
 }

@@ -1,0 +1,147 @@
+//! A pack of which some pages are in memory as a world: pages come when rays need them.
+
+use crate::traced::{emitters, surface_of};
+use crate::world::{Emitter, Surface, World};
+use glam::Vec3;
+use raystrips_extmem::BlockBuffer;
+use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
+use raystrips_tracer::{
+    Buffered, Cursor, OpenError, PageId, PagePool, RayBuffer, VisitTracer, locate_in, page_of,
+};
+use std::collections::HashMap;
+use std::time::Duration;
+
+/// Part of the pages in memory that one batch of rays may ask for at a time.
+const LOADED_PART: usize = 8;
+/// How long to wait for visits to end when all pages are being looked at.
+const PATIENCE: Duration = Duration::from_micros(200);
+
+/// A pack of which some pages are in memory. [`render_queued`](crate::render_queued) lets rays wait for pages; as a
+/// [`World`] it reads what a batch of rays needs, in the order in which they need it.
+pub struct PagedWorld {
+    pool: PagePool,
+    emitters: Vec<Emitter>,
+}
+
+/// Rays of a batch, by their numbers.
+type Numbered = RayBuffer<u32>;
+
+impl PagedWorld {
+    /// Takes over `pool`.
+    pub fn new(pool: PagePool) -> PagedWorld {
+        let emitters = emitters(&pool.pack().emitters);
+        PagedWorld { pool, emitters }
+    }
+
+    /// The pages.
+    pub fn pool(&self) -> &PagePool {
+        &self.pool
+    }
+
+    /// Traces `rays`, which [`VisitTracer`] does with what is in memory, until `trace` set none aside.
+    fn answer(
+        &self,
+        rays: &[Ray],
+        mut trace: impl FnMut(&mut VisitTracer, &Numbered, &mut SetAside),
+    ) -> Result<(), OpenError> {
+        let mut left = Numbered::default();
+        rays.iter().enumerate().for_each(|(i, ray)| left.push(*ray, i as u32));
+        let mut aside = SetAside::default();
+        let mut buffer = BlockBuffer::default();
+        loop {
+            let visit = self.pool.visit();
+            trace(&mut VisitTracer::new(&visit), &left, &mut aside);
+            left.clear();
+            drop(visit);
+            if aside.pages.is_empty() {
+                return Ok(());
+            }
+            let most = (self.pool.capacity() / LOADED_PART).max(1);
+            let needed = aside.pages.iter().take(most);
+            needed.map(|&page| self.load(page, &mut buffer)).collect::<Result<(), OpenError>>()?;
+            for page in aside.pages.drain(..) {
+                left.append(aside.rays.get_mut(&page).expect("rays wait for it"));
+            }
+            aside.rays.clear();
+        }
+    }
+
+    /// Brings a page.
+    fn load(&self, page: PageId, buffer: &mut BlockBuffer) -> Result<(), OpenError> {
+        while !self.pool.load(page..page + 1, buffer)? {
+            std::thread::sleep(PATIENCE);
+        }
+        Ok(())
+    }
+}
+
+/// Rays that wait for pages, and these in the order in which they were needed.
+#[derive(Default)]
+struct SetAside {
+    pages: Vec<PageId>,
+    rays: HashMap<PageId, Numbered>,
+}
+
+impl SetAside {
+    fn of(&mut self, page: PageId) -> &mut Numbered {
+        self.rays.entry(page).or_insert_with(|| {
+            self.pages.push(page);
+            Numbered::default()
+        })
+    }
+}
+
+impl World for PagedWorld {
+    fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), OpenError> {
+        self.answer(rays, |tracer, left, aside| {
+            tracer.intersect(Buffered {
+                rays: left,
+                cursor: &mut Cursor::default(),
+                most: usize::MAX,
+                done: &mut |i, _, hit| hits[i as usize] = hit,
+                aside: &mut |page, put| put(aside.of(page)),
+            });
+        })
+    }
+
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError> {
+        self.answer(rays, |tracer, left, aside| {
+            tracer.occluded(Buffered {
+                rays: left,
+                cursor: &mut Cursor::default(),
+                most: usize::MAX,
+                done: &mut |i, _, hit| occluded[i as usize] = hit.is_hit(),
+                aside: &mut |page, put| put(aside.of(page)),
+            });
+        })
+    }
+
+    fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
+        let mut buffer = BlockBuffer::default();
+        for (hit, surface) in hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit()) {
+            loop {
+                let visit = self.pool.visit();
+                if let Some(page) = visit.page(page_of(hit)) {
+                    *surface = surface_of(&locate_in(&page, hit));
+                    break;
+                }
+                drop(visit);
+                self.load(page_of(hit), &mut buffer)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn bounds(&self) -> Aabb {
+        let manifest = &self.pool.pack().manifest;
+        Aabb { min: Vec3::from_array(manifest.bounds_min), max: Vec3::from_array(manifest.bounds_max) }
+    }
+
+    fn description(&self) -> &SceneDesc {
+        &self.pool.pack().manifest.scene
+    }
+
+    fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+}

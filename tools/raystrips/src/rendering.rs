@@ -1,0 +1,191 @@
+//! Renders a pack: where its pages are, and in which order rays are traced.
+
+use crate::args::{CurveName, IntegratorName, RenderArgs, ReorderName};
+use crate::camera;
+use crate::files::extension;
+use crate::residency::{self, Asked, Residency};
+use anyhow::{Result, bail};
+use raystrips_pack::Manifest;
+use raystrips_render::{
+    Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
+    RenderProgress, Schedule, TracedWorld, World, render, render_ordered, render_queued,
+};
+use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, ProxyKind, Scene};
+use std::path::Path;
+
+/// Bytes of a chunk (Moon et al. 2010, section 6.1), and the part of the memory for pages that one may take.
+const CHUNK_BYTES: u64 = 32 << 20;
+const CHUNK_PART: u64 = 4;
+
+/// A picture, and how it was made.
+pub struct Rendered {
+    pub params: RenderParams,
+    pub output: RenderOutput,
+    pub pages: Pages,
+}
+
+/// What was read of the pack.
+pub struct Pages {
+    pub counts: PoolCounts,
+    pub triangles: u64,
+    pub ordering: &'static str,
+}
+
+impl Pages {
+    fn of_scene(scene: &Scene, ordering: &'static str) -> Pages {
+        let counts = PoolCounts {
+            read: scene.manifest().pages,
+            bytes_read: scene.page_bytes(),
+            ..PoolCounts::default()
+        };
+        Pages { counts, triangles: scene.manifest().triangles, ordering }
+    }
+
+    fn of_pool(pool: &PagePool, ordering: &'static str) -> Pages {
+        Pages { counts: pool.counts(), triangles: pool.pack().manifest.triangles, ordering }
+    }
+}
+
+type Progress<'a> = &'a (dyn Fn(RenderProgress) + Sync);
+
+/// Renders the pack at `path` as it is asked for.
+pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendered> {
+    let threads = if args.threads == 0 { std::thread::available_parallelism()?.get() } else { args.threads };
+    let asked = Asked {
+        memory: args.convert.source.memory,
+        reorder: args.reorder,
+        pixels: u64::from(args.size.0) * u64::from(args.size.1),
+        aovs: has_aovs(args),
+        threads: threads as u64,
+    };
+    match residency::of(path, &asked)? {
+        Residency::Whole { ray_bytes } => {
+            let world = TracedWorld::new(Scene::open(path)?);
+            let params = params(args, world.scene().manifest())?;
+            let output = match ordering(args.reorder) {
+                None | Some((Ordering::None, _)) => render(&world, &params, progress)?,
+                Some((ordering, _)) => {
+                    let geometries = world.scene().geometry_bounds();
+                    let hit_points = hit_points(path, ordering, geometries, &world)?;
+                    let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
+                    render_ordered(&world, &params, &OrderParams { scratch: None, ..order }, progress)?
+                }
+            };
+            let name = ordering(args.reorder).map_or("none", |(_, name)| name);
+            Ok(Rendered { params, output, pages: Pages::of_scene(world.scene(), name) })
+        }
+        Residency::Paged { page_bytes, ray_bytes } => {
+            let Some((ordering, name)) = ordering(args.reorder) else {
+                return queued(path, args, (page_bytes, ray_bytes), progress);
+            };
+            let ray_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2);
+            let world = PagedWorld::new(PagePool::open(path, page_bytes - ray_bytes)?);
+            let pack = world.pool().pack();
+            let params = params(args, &pack.manifest)?;
+            let hit_points = hit_points(path, ordering, &pack.geometry_bounds, &world)?;
+            let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
+            let output = render_ordered(&world, &params, &order, progress)?;
+            Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
+        }
+    }
+}
+
+/// Renders with rays that wait for pages or for chunks of pages.
+fn queued(
+    path: &Path,
+    args: &RenderArgs,
+    (page_bytes, ray_bytes): (u64, u64),
+    progress: Progress,
+) -> Result<Rendered> {
+    let world = PagedWorld::new(PagePool::open(path, page_bytes)?);
+    let params = params(args, &world.pool().pack().manifest)?;
+    let (paging, name) = match args.reorder {
+        ReorderName::Chunks => {
+            let read_bytes = CHUNK_BYTES.min(page_bytes / CHUNK_PART);
+            (QueueParams { ray_bytes, read_bytes, schedule: Schedule::Benefit }, "chunks")
+        }
+        _ => {
+            let read_bytes = world.pool().probe()?;
+            (QueueParams { ray_bytes, read_bytes, schedule: Schedule::Longest }, "queues")
+        }
+    };
+    let output = render_queued(&world, &params, &paging, progress)?;
+    Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
+}
+
+/// The ordering of generations that was asked for, with its name; `None` where it is none of those.
+fn ordering(reorder: ReorderName) -> Option<(Ordering, &'static str)> {
+    Some(match reorder {
+        ReorderName::Auto | ReorderName::Queues | ReorderName::Chunks => return None,
+        ReorderName::None => (Ordering::None, "none"),
+        ReorderName::Origin => (Ordering::Origin, "origin"),
+        ReorderName::OriginDir => (Ordering::OriginDir, "origin-dir"),
+        ReorderName::Hph => (Ordering::Hph, "hph"),
+        ReorderName::HphDir => (Ordering::HphDir, "hph-dir"),
+        ReorderName::HphOrigin => (Ordering::HphOrigin, "hph-origin"),
+    })
+}
+
+fn order_params<'a>(
+    args: &'a RenderArgs,
+    ordering: Ordering,
+    ray_bytes: u64,
+    hit_points: Option<&'a HitPoints>,
+) -> OrderParams<'a> {
+    let beside_output = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    OrderParams {
+        ordering,
+        curve: match args.curve {
+            CurveName::Z => Curve::Z,
+            CurveName::Hilbert => Curve::Hilbert,
+        },
+        buffer_bytes: args.ray_buffer.unwrap_or(ray_bytes),
+        scratch: Some(
+            args.convert.source.scratch.as_deref().or(beside_output).unwrap_or_else(|| Path::new(".")),
+        ),
+        hit_points,
+    }
+}
+
+/// What finds approximate hit points, for orderings that need them.
+fn hit_points(
+    path: &Path,
+    ordering: Ordering,
+    geometries: &[GeometryBounds],
+    world: &dyn World,
+) -> Result<Option<HitPoints>> {
+    if !ordering.needs_hit_points() {
+        return Ok(None);
+    }
+    let Some(proxy) = Scene::open_proxy(path, ProxyKind::Coarse)? else {
+        bail!(
+            "{}: this order needs a proxy, which the pack has not; convert it without --no-proxy",
+            path.display()
+        );
+    };
+    Ok(Some(HitPoints::new(Some(proxy), geometries, &world.bounds())))
+}
+
+/// PNG has no room for albedo and normal.
+fn has_aovs(args: &RenderArgs) -> bool {
+    extension(&args.output).as_deref() == Some("exr")
+}
+
+fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
+    Ok(RenderParams {
+        integrator: match args.integrator {
+            IntegratorName::Path => Integrator::Path,
+            IntegratorName::Ao => Integrator::Ao,
+            IntegratorName::Normal => Integrator::Normal,
+        },
+        width: args.size.0,
+        height: args.size.1,
+        spp: args.spp,
+        seed: args.seed,
+        threads: args.threads,
+        camera: args.camera.as_deref().map(|text| camera::parse(text, manifest)).transpose()?,
+        max_bounces: args.bounces,
+        aovs: has_aovs(args),
+        ..RenderParams::default()
+    })
+}
