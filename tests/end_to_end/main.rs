@@ -12,6 +12,7 @@ mod direct_light;
 mod far_away;
 mod interrupt;
 mod models;
+mod orderings;
 mod out_of_core;
 mod pictures;
 mod proxy;

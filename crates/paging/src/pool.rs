@@ -229,8 +229,12 @@ impl PagePool {
         }
     }
 
-    /// Takes `bytes` of the memory of the pool for something else; pages go for that. `None` where visits hold too many.
+    /// Takes `bytes` of the memory of the pool for something else; pages go for that. `None` where visits hold too many, or
+    /// that would be more than half of all.
     pub fn take(&self, bytes: u64) -> Option<Reservation> {
+        if bytes > self.most_bytes / 2 {
+            return None;
+        }
         loop {
             if let Some(memory) = self.budget.take(bytes) {
                 return Some(memory);

@@ -11,6 +11,8 @@ use raystrips_tracer::{
 use std::collections::HashMap;
 use std::time::Duration;
 
+/// Rays that are traced with what is in memory before what they need is read.
+const BATCH_RAYS: usize = 4096;
 /// Part of the pages in memory that one batch of rays may ask for at a time.
 const LOADED_PART: usize = 8;
 /// How long to wait for visits to end when all pages are being looked at.
@@ -44,8 +46,20 @@ impl PagedWorld {
         rays: &[Ray],
         mut trace: impl FnMut(&mut VisitTracer, &Numbered, &mut SetAside),
     ) -> Result<(), OpenError> {
+        rays.chunks(BATCH_RAYS)
+            .enumerate()
+            .try_for_each(|(i, batch)| self.answer_batch(batch, i * BATCH_RAYS, &mut trace))
+    }
+
+    /// The same for a batch, whose rays are numbered from `first` on.
+    fn answer_batch(
+        &self,
+        rays: &[Ray],
+        first: usize,
+        trace: &mut impl FnMut(&mut VisitTracer, &Numbered, &mut SetAside),
+    ) -> Result<(), OpenError> {
         let mut left = Numbered::default();
-        rays.iter().enumerate().for_each(|(i, ray)| left.push(*ray, i as u32));
+        rays.iter().enumerate().for_each(|(i, ray)| left.push(*ray, (first + i) as u32));
         let mut aside = SetAside::default();
         let mut buffer = BlockBuffer::default();
         loop {

@@ -54,6 +54,11 @@ impl<R: Pod> RayStore<R> {
             if self.records.len() == self.capacity {
                 self.spill()?;
             }
+            if self.records.capacity() < self.capacity {
+                // All at once: what is not used takes no memory, and growing would take it twice.
+                self.keys.reserve_exact(self.capacity);
+                self.records.reserve_exact(self.capacity);
+            }
             self.keys.push((key, self.records.len() as u32));
             self.records.push(record);
             self.len += 1;
@@ -146,6 +151,8 @@ impl Runs {
             self.length += entry_bytes::<R>() as u64;
         }
         writer.flush()?;
+        // What the system still has to write is memory of this process.
+        writer.get_ref().sync_data()?;
         self.ends.push(self.length);
         Ok(())
     }

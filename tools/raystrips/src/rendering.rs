@@ -4,7 +4,7 @@ use crate::args::{CurveName, IntegratorName, RenderArgs, ReorderName};
 use crate::camera;
 use crate::files::extension;
 use crate::residency::{self, Asked, Residency};
-use anyhow::{Result, bail};
+use anyhow::Result;
 use raystrips_pack::Manifest;
 use raystrips_render::{
     Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
@@ -84,7 +84,10 @@ pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendere
             let params = params(args, &pack.manifest)?;
             let hit_points = hit_points(path, ordering, &pack.geometry_bounds, &world)?;
             let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
-            let output = render_ordered(&world, &params, &order, progress)?;
+            let output = match ordering {
+                Ordering::None => render(&world, &params, progress)?,
+                _ => render_ordered(&world, &params, &order, progress)?,
+            };
             Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
         }
     }
@@ -147,7 +150,8 @@ fn order_params<'a>(
     }
 }
 
-/// What finds approximate hit points, for orderings that need them.
+/// What finds approximate hit points, for orderings that need them: by the smallest proxy, since it must fit the
+/// processor's cache, or by boxes alone where the pack has none.
 fn hit_points(
     path: &Path,
     ordering: Ordering,
@@ -157,13 +161,11 @@ fn hit_points(
     if !ordering.needs_hit_points() {
         return Ok(None);
     }
-    let Some(proxy) = Scene::open_proxy(path, ProxyKind::Coarse)? else {
-        bail!(
-            "{}: this order needs a proxy, which the pack has not; convert it without --no-proxy",
-            path.display()
-        );
+    let proxy = match Scene::open_proxy(path, ProxyKind::Coarse)? {
+        Some(coarse) => Some(coarse),
+        None => Scene::open_proxy(path, ProxyKind::Fine)?,
     };
-    Ok(Some(HitPoints::new(Some(proxy), geometries, &world.bounds())))
+    Ok(Some(HitPoints::new(proxy, geometries, &world.bounds())))
 }
 
 /// PNG has no room for albedo and normal.

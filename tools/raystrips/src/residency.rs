@@ -55,7 +55,6 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes;
     let for_rays = |bytes: u64| ((bytes as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
     let is_whole = match reorder {
-        ReorderName::None => true,
         ReorderName::Queues | ReorderName::Chunks => false,
         _ => whole <= given,
     };

@@ -7,6 +7,7 @@ mod hierarchy;
 mod massive;
 mod memory;
 mod models;
+mod orders;
 pub mod proxy;
 mod scratch_watch;
 mod speed;
@@ -30,11 +31,13 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "construction" => construction::print(models)?,
         "proxy" if !models.is_empty() => proxy::print(models)?,
         "massive" => massive::print(models)?,
+        "orderings" | "buffer" | "memory-share" | "threads" | "small" => orders::print(name, models)?,
         _ => bail!(
             "usage: cargo xtask table basics MODEL...\n       \
-             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}",
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}\n       {}",
             proxy::USAGE,
-            massive::USAGE
+            massive::USAGE,
+            orders::USAGE
         ),
     }
     Ok(ExitCode::SUCCESS)

@@ -1,0 +1,109 @@
+//! The same picture in any order, by any threads, with any part of the pack in memory.
+
+use crate::models::Mesh;
+use crate::support::{Folder, repository_file};
+use raystrips_render::{
+    Curve, Film, HitPoints, OrderParams, Ordering, PagedWorld, QueueParams, RenderParams, Schedule,
+    TracedWorld, World, render, render_ordered, render_queued,
+};
+use raystrips_tracer::{PagePool, ProxyKind, Scene};
+use std::path::Path;
+
+const ORDERINGS: [Ordering; 6] = [
+    Ordering::None,
+    Ordering::Origin,
+    Ordering::OriginDir,
+    Ordering::Hph,
+    Ordering::HphDir,
+    Ordering::HphOrigin,
+];
+
+/// Parts of the pages in memory, in percent.
+const BUDGETS: [u64; 3] = [100, 25, 6];
+
+fn params(threads: usize) -> RenderParams {
+    RenderParams { width: 48, height: 32, spp: 4, threads, ..RenderParams::default() }
+}
+
+/// Renders the pack at `path` with so many percent of its pages in memory.
+fn paged_world(path: &Path, percent: u64) -> PagedWorld {
+    let pages = Scene::open(path).unwrap().manifest().pages;
+    let frame_bytes = PagePool::frame_bytes(PagePool::open(path, 0).unwrap().pack());
+    PagedWorld::new(PagePool::open(path, (pages * percent / 100).max(2) * frame_bytes).unwrap())
+}
+
+fn hit_points(path: &Path, world: &dyn World) -> HitPoints {
+    let proxy = Scene::open_proxy(path, ProxyKind::Fine).unwrap();
+    HitPoints::new(proxy, Scene::open(path).unwrap().geometry_bounds(), &world.bounds())
+}
+
+fn check_all(path: &Path) {
+    let whole = TracedWorld::new(Scene::open(path).unwrap());
+    let resident = render(&whole, &params(1), &|_| {}).unwrap();
+    let rays = |stats: &raystrips_render::RenderStats| [stats.primary, stats.shadow, stats.secondary];
+    let check = |output: raystrips_render::RenderOutput, what: &str| {
+        let same: fn(&Film, &Film) -> bool = |a, b| a == b;
+        assert!(same(&output.film, &resident.film), "{what}");
+        assert_eq!(rays(&output.stats), rays(&resident.stats), "{what}");
+    };
+    let hit_points = hit_points(path, &whole);
+    let scratch = tempfile::tempdir().unwrap();
+    for (i, ordering) in ORDERINGS.into_iter().enumerate() {
+        let threads = 1 + i % 2;
+        let curve = if i < 3 { Curve::Z } else { Curve::Hilbert };
+        // Of whole generations, with little memory, and of few paths at a time.
+        for scratch in [Some(scratch.path()), None] {
+            let order = OrderParams {
+                ordering,
+                curve,
+                buffer_bytes: 1 << 20,
+                scratch,
+                hit_points: Some(&hit_points),
+            };
+            let what = format!("{ordering:?} in memory, spilled: {}", scratch.is_some());
+            check(render_ordered(&whole, &params(threads), &order, &|_| {}).unwrap(), &what);
+        }
+        for (threads, percent) in [1, 2].into_iter().flat_map(|t| BUDGETS.map(|percent| (t, percent))) {
+            let order = OrderParams {
+                ordering,
+                curve,
+                buffer_bytes: 1 << 18,
+                scratch: Some(scratch.path()),
+                hit_points: Some(&hit_points),
+            };
+            let world = paged_world(path, percent);
+            let what = format!("{ordering:?}, {threads} threads, {percent} %");
+            check(render_ordered(&world, &params(threads), &order, &|_| {}).unwrap(), &what);
+        }
+    }
+    for (threads, percent) in [1, 2].into_iter().flat_map(|t| BUDGETS.map(|percent| (t, percent))) {
+        for (schedule, read_bytes) in
+            [(Schedule::Longest, 0), (Schedule::Longest, 1 << 15), (Schedule::Benefit, 1 << 16)]
+        {
+            let world = paged_world(path, percent);
+            let paging = QueueParams { ray_bytes: 1 << 16, read_bytes, schedule };
+            let what = format!("queues {paging:?}, {threads} threads, {percent} %");
+            check(render_queued(&world, &params(threads), &paging, &|_| {}).unwrap(), &what);
+            let has_many_pages = world.pool().pack().directory.len() > 100;
+            assert!(world.pool().counts().evicted > 0 || percent > 6 || !has_many_pages, "{what}");
+        }
+        let world = paged_world(path, percent);
+        check(render(&world, &params(threads), &|_| {}).unwrap(), &format!("{threads} threads, {percent} %"));
+    }
+}
+
+#[test]
+fn a_surface_under_the_sky() {
+    let folder = Folder::new();
+    folder.write("ring.ply", Mesh::ring(200).ply());
+    folder.run("convert ring.ply -o ring.rsp --page-size 4K").done();
+    check_all(&folder.path("ring.rsp"));
+}
+
+#[test]
+fn a_closed_room_with_area_lights() {
+    let folder = Folder::new();
+    let scene = repository_file("scenes/cornell/scene.toml");
+    folder.run_args(&["convert", scene.to_str().unwrap(), "-o", "cornell.rsp", "--page-size", "4K"]).done();
+    check_all(&folder.path("cornell.rsp"));
+}

@@ -1,0 +1,133 @@
+//! `raystrips render` in a control group: so much memory, page cache included, and a disk of so many bytes and reads a
+//! second, with nothing of the pack in memory at the beginning.
+
+use crate::compare::programs;
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What a disk is limited to.
+#[derive(Clone, Copy, Debug)]
+pub struct Disk {
+    pub name: &'static str,
+    options: &'static [&'static str],
+}
+
+/// The disks that tables can ask for.
+pub const DISKS: [Disk; 4] = [
+    // That of Moon et al. 2010, with the seeks of a disk of 7200 turns a minute.
+    Disk { name: "hdd", options: &["--read-bps", "101M", "--read-iops", "120"] },
+    Disk { name: "slow", options: &["--read-bps", "101M"] },
+    Disk { name: "ssd", options: &["--read-bps", "500M", "--read-iops", "90000"] },
+    Disk { name: "as-is", options: &[] },
+];
+
+/// How pictures are rendered.
+pub struct Limited {
+    pub raystrips: PathBuf,
+    /// The script that sets limits.
+    pub limits: PathBuf,
+    pub size: (u64, u64),
+    pub spp: u64,
+    pub threads: u64,
+    /// A picture that would take longer is made smaller.
+    pub most_seconds: f64,
+}
+
+/// One picture.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    pub rays: f64,
+    pub seconds: f64,
+    /// Of all threads, for finding hit points and for sorting.
+    pub overhead_seconds: f64,
+    pub wait_seconds: f64,
+    pub pages_read: f64,
+    /// What the disk gave, and in how many operations.
+    pub disk_bytes: f64,
+    pub disk_reads: f64,
+    /// Most memory of the process, and of the group: with the page cache.
+    pub peak_bytes: f64,
+    pub group_peak_bytes: f64,
+}
+
+impl Measured {
+    pub fn rate(&self) -> f64 {
+        self.rays / self.seconds / 1e6
+    }
+
+    /// Some number for each million rays.
+    pub fn per_million(&self, number: f64) -> f64 {
+        number / self.rays * 1e6
+    }
+}
+
+impl Limited {
+    /// Renders `pack` with `options`, with `memory` bytes in all if that is limited. Begins with a small picture and makes
+    /// it larger while that stays within the time.
+    pub fn render(
+        &self,
+        pack: &Path,
+        options: &[&str],
+        (memory, disk): (Option<u64>, &Disk),
+    ) -> Result<Measured> {
+        let mut divisor = 8;
+        loop {
+            let measured = self.render_once(pack, options, (memory, disk), divisor)?;
+            // Four times the rays; what is in memory at the beginning weighs less then.
+            if divisor == 1 || measured.seconds * 4.0 > self.most_seconds {
+                return Ok(measured);
+            }
+            divisor /= 2;
+        }
+    }
+
+    fn render_once(
+        &self,
+        pack: &Path,
+        options: &[&str],
+        (memory, disk): (Option<u64>, &Disk),
+        divisor: u64,
+    ) -> Result<Measured> {
+        let folder = tempfile::tempdir()?;
+        let (stats, report) = (folder.path().join("stats.json"), folder.path().join("report.json"));
+        let mut command = Command::new(&self.limits);
+        if let Some(memory) = memory {
+            command.args(["--memory", &memory.to_string()]);
+        }
+        command.args(disk.options).arg("--drop").arg(pack).arg("--quiet").arg("--json").arg(&report);
+        command.arg("--").arg(&self.raystrips).arg("render").arg(pack);
+        command.arg("-o").arg(folder.path().join("picture.png")).arg("--stats").arg(&stats);
+        let (width, height) = ((self.size.0 / divisor).max(1), (self.size.1 / divisor).max(1));
+        command.args(["--size", &format!("{width}x{height}"), "--spp", &self.spp.to_string()]);
+        command.args(["--threads", &self.threads.to_string()]).args(options);
+        if let Some(memory) = memory {
+            command.args(["--memory", &memory.to_string()]);
+        }
+        let outcome = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
+        let outcome = outcome.with_context(|| self.limits.display().to_string())?;
+        if !outcome.status.success() {
+            bail!("{command:?}: {}: {}", outcome.status, String::from_utf8_lossy(&outcome.stderr).trim());
+        }
+        let read = |path: &Path| -> Result<Value> { Ok(serde_json::from_slice(&std::fs::read(path)?)?) };
+        measured(&read(&stats)?, &read(&report)?)
+    }
+}
+
+fn measured(stats: &Value, report: &Value) -> Result<Measured> {
+    let number = programs::number;
+    let seconds = |name: &str| number(&stats["seconds"], name);
+    let rays = |name: &str| number(&stats["rays"], name);
+    Ok(Measured {
+        rays: rays("primary")? + rays("shadow")? + rays("secondary")?,
+        seconds: seconds("total")?,
+        overhead_seconds: seconds("approximate")? + seconds("sort")?,
+        wait_seconds: seconds("io_wait")?,
+        pages_read: number(&stats["pages"], "read")?,
+        disk_bytes: number(report, "read_bytes")?,
+        disk_reads: number(report, "read_ops")?,
+        peak_bytes: number(stats, "peak_rss_bytes")?,
+        group_peak_bytes: number(report, "mem_peak")?,
+    })
+}

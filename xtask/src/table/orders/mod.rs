@@ -1,0 +1,306 @@
+//! Orders of rays under limits of memory and disk, beside the paper's figures (Moon, Byun, Kim, Claudio, Kim, Ban, Nam,
+//! Yoon 2010, section 7).
+
+mod limited;
+mod plot;
+
+use crate::compare::programs;
+use crate::flags::Flags;
+use anyhow::{Context, Result, bail};
+use limited::{DISKS, Disk, Limited, Measured};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// How it is called.
+pub const USAGE: &str = "cargo xtask table orderings|buffer|memory-share|threads|small -o DIR [--limits with_limits.sh] \
+     [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell] [--size 640x480] [--spp 8] [--threads 2] \
+     [--seconds 300] [--plot OUT.svg] [--pack FILE.rsp]";
+
+/// A scene of the paper, what stands for it here, and the share of it that was in memory there.
+struct PaperScene {
+    name: &'static str,
+    triangles: f64,
+    percent: u64,
+    /// Speed-ups over no order in table III: hph, hph-dir, origin-dir, origin, chunks.
+    speedups: [f64; 5],
+}
+
+const SCENES: [PaperScene; 2] = [
+    PaperScene { name: "atrium", triangles: 104e6, percent: 24, speedups: [16.65, 6.36, 5.19, 5.16, 13.69] },
+    PaperScene { name: "cornell", triangles: 128e6, percent: 19, speedups: [12.28, 5.36, 2.29, 1.7, 28.61] },
+];
+
+/// Orders of table III, in the order of the paper's speed-ups, then ours.
+const PAPER_ORDERS: [&str; 5] = ["hph", "hph-dir", "origin-dir", "origin", "chunks"];
+const OTHER_ORDERS: [&str; 2] = ["hph-origin", "queues"];
+
+/// What was asked for.
+struct Setting {
+    limited: Limited,
+    folder: PathBuf,
+    disk: &'static Disk,
+    scene: &'static PaperScene,
+    scale: f64,
+    pack: Option<PathBuf>,
+    plot: Option<PathBuf>,
+}
+
+/// Prints the table with this name.
+pub fn print(name: &str, arguments: &[String]) -> Result<()> {
+    let setting = Setting::parse(arguments)?;
+    let pack = setting.pack()?;
+    let pack_bytes = std::fs::metadata(&pack)?.len();
+    println!(
+        "{} ({:.0} MiB), {}x{}, {} samples, {} threads, disk {}\n",
+        pack.display(),
+        pack_bytes as f64 / 1048576.0,
+        setting.limited.size.0,
+        setting.limited.size.1,
+        setting.limited.spp,
+        setting.limited.threads,
+        setting.disk.name
+    );
+    match name {
+        "orderings" => setting.orderings(&pack, pack_bytes),
+        "buffer" => setting.buffer(&pack, pack_bytes),
+        "memory-share" => setting.memory(&pack, pack_bytes),
+        "threads" => setting.threads(&pack, pack_bytes),
+        "small" => setting.small(&pack),
+        _ => bail!("usage: {USAGE}"),
+    }
+}
+
+impl Setting {
+    fn parse(arguments: &[String]) -> Result<Setting> {
+        let options = [
+            "-o",
+            "--limits",
+            "--scale",
+            "--disk",
+            "--scene",
+            "--size",
+            "--spp",
+            "--threads",
+            "--seconds",
+            "--plot",
+            "--pack",
+        ];
+        let flags = Flags::parse(arguments, &options, &[])?;
+        let (Some(folder), []) = (flags.value("-o"), flags.rest.as_slice()) else { bail!("usage: {USAGE}") };
+        let named = |name: &str, other: &str| flags.value(name).unwrap_or(other).to_owned();
+        let disk = named("--disk", "ssd");
+        let scene = named("--scene", "atrium");
+        let size = named("--size", "640x480");
+        let size = size.split_once('x').context("--size: not like 640x480")?;
+        Ok(Setting {
+            limited: Limited {
+                raystrips: programs::raystrips()?,
+                limits: std::path::absolute(named("--limits", "../shared/tools/with_limits.sh"))?,
+                size: (size.0.parse().context("--size")?, size.1.parse().context("--size")?),
+                spp: flags.count("--spp")?.unwrap_or(8),
+                threads: flags.count("--threads")?.unwrap_or(2),
+                most_seconds: named("--seconds", "300").parse().context("--seconds")?,
+            },
+            folder: std::path::absolute(folder)?,
+            disk: DISKS.iter().find(|d| d.name == disk).context("--disk: none of hdd, slow, ssd, as-is")?,
+            scene: SCENES.iter().find(|s| s.name == scene).context("--scene: neither atrium nor cornell")?,
+            scale: named("--scale", "1").parse().context("--scale")?,
+            pack: flags.value("--pack").map(std::path::absolute).transpose()?,
+            plot: flags.value("--plot").map(PathBuf::from),
+        })
+    }
+
+    /// The pack of the scene, made if it is not there.
+    fn pack(&self) -> Result<PathBuf> {
+        if let Some(pack) = &self.pack {
+            return Ok(pack.clone());
+        }
+        let triangles = ((self.scene.triangles * self.scale) as u64).to_string();
+        let folder = self.folder.join(format!("{}-{triangles}", self.scene.name));
+        let pack = folder.with_extension("rsp");
+        if !pack.exists() {
+            let mut command = Command::new(std::env::current_exe()?);
+            command.args(["scene", self.scene.name, "--triangles", &triangles, "-o"]).arg(&folder);
+            programs::output(&mut command)?;
+            let mut command = Command::new(&self.limited.raystrips);
+            programs::output(command.arg("convert").arg(folder.join("scene.toml")).arg("-o").arg(&pack))?;
+        }
+        Ok(pack)
+    }
+
+    /// The memory that is so many percent of the pack.
+    fn share(&self, pack_bytes: u64, percent: u64) -> u64 {
+        pack_bytes * percent / 100
+    }
+
+    /// All in memory, without an order.
+    fn resident(&self, pack: &Path) -> Result<Measured> {
+        self.limited.render(pack, &["--reorder", "none"], (None, &DISKS[3]))
+    }
+
+    /// Table III.
+    fn orderings(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
+        let memory = self.share(pack_bytes, self.scene.percent);
+        let limits = (Some(memory), self.disk);
+        println!(
+            "{} % of the pack, {} MiB, for all that the process holds\n",
+            self.scene.percent,
+            memory >> 20
+        );
+        println!("| order | rays | Mrays/s | over none | paper | share of resident | {COUNT_HEADS} |");
+        println!("|---|---:|---:|---:|---:|---:|{COUNT_LINE}|");
+        let resident = self.resident(pack)?;
+        let none = self.limited.render(pack, &["--reorder", "none"], limits)?;
+        let row = |name: &str, paper: &str, measured: &Measured| {
+            println!(
+                "| {name} | {:.1}M | {:.4} | {:.2} | {paper} | {:.1} % | {} |",
+                measured.rays / 1e6,
+                measured.rate(),
+                measured.rate() / none.rate(),
+                100.0 * measured.rate() / resident.rate(),
+                counts(measured, self.limited.threads),
+            );
+        };
+        row("none, all in memory", "", &resident);
+        row("none", "1", &none);
+        for (order, paper) in PAPER_ORDERS.iter().zip(self.scene.speedups) {
+            row(order, &paper.to_string(), &self.limited.render(pack, &["--reorder", order], limits)?);
+        }
+        for order in OTHER_ORDERS {
+            row(order, "", &self.limited.render(pack, &["--reorder", order], limits)?);
+        }
+        row("auto", "", &self.limited.render(pack, &[], limits)?);
+        Ok(())
+    }
+
+    /// Table I: memory for rays, as parts of what the paper gives.
+    fn buffer(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
+        let memory = self.share(pack_bytes, self.scene.percent);
+        println!("| buffer | Mrays/s | paper, s | {COUNT_HEADS} |\n|---|---:|---:|{COUNT_LINE}|");
+        for (mebibytes, paper) in [(22, 10_541), (44, 10_460), (88, 10_314), (176, 10_459)] {
+            // The same part of the pack as there of its 12.8 GB.
+            let bytes = (pack_bytes as f64 * f64::from(mebibytes) * 1048576.0 / 12.8e9) as u64;
+            let options = ["--reorder", "hph", "--ray-buffer", &bytes.to_string()];
+            let measured = self.limited.render(pack, &options, (Some(memory), self.disk))?;
+            println!(
+                "| {mebibytes} MB there, {:.1} MiB here | {:.4} | {paper} | {} |",
+                bytes as f64 / 1048576.0,
+                measured.rate(),
+                counts(&measured, self.limited.threads)
+            );
+        }
+        Ok(())
+    }
+
+    /// Figure 7: the share of the pack that is in memory.
+    fn memory(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
+        const ORDERS: [&str; 4] = ["none", "hph", "chunks", "queues"];
+        println!("| memory | order | rays | Mrays/s | share of resident | {COUNT_HEADS} |");
+        println!("|---|---|---:|---:|---:|{COUNT_LINE}|");
+        let resident = self.resident(pack)?;
+        let mut lines: Vec<plot::Line> = ORDERS.map(|order| (order.to_owned(), Vec::new())).into();
+        for percent in [100, 50, 24, 12, 6] {
+            for (line, order) in lines.iter_mut().zip(ORDERS) {
+                let memory = self.share(pack_bytes, percent);
+                let measured =
+                    match self.limited.render(pack, &["--reorder", order], (Some(memory), self.disk)) {
+                        Ok(measured) => measured,
+                        Err(error) if error.to_string().contains("too little") => {
+                            println!("| {percent} % | {order} | too little memory for this picture |");
+                            continue;
+                        }
+                        Err(error) => return Err(error),
+                    };
+                let share = 100.0 * measured.rate() / resident.rate();
+                line.1.push((percent as f64, share));
+                println!(
+                    "| {percent} %, {} MiB | {order} | {:.1}M | {:.4} | {share:.1} % | {} |",
+                    memory >> 20,
+                    measured.rays / 1e6,
+                    measured.rate(),
+                    counts(&measured, self.limited.threads)
+                );
+            }
+        }
+        if let Some(path) = &self.plot {
+            let svg =
+                plot::lines("memory, percent of the pack", "percent of the speed with all in memory", &lines);
+            crate::output::write_whole(path, svg.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Threads, with the share in memory that the paper has.
+    fn threads(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
+        let memory = self.share(pack_bytes, self.scene.percent);
+        println!("| order | threads | Mrays/s | {COUNT_HEADS} |\n|---|---:|---:|{COUNT_LINE}|");
+        for order in ["hph", "chunks", "queues"] {
+            for threads in [1, 2, 4] {
+                // The last of an option counts.
+                let threads_text = threads.to_string();
+                let limited = Limited {
+                    threads,
+                    raystrips: self.limited.raystrips.clone(),
+                    limits: self.limited.limits.clone(),
+                    ..self.limited
+                };
+                let measured = limited.render(pack, &["--reorder", order], (Some(memory), self.disk))?;
+                println!(
+                    "| {order} | {threads_text} | {:.4} | {} |",
+                    measured.rate(),
+                    counts(&measured, threads)
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// All orders with everything in memory.
+    fn small(&self, pack: &Path) -> Result<()> {
+        println!("| order | rays | Mrays/s | over none | overhead |\n|---|---:|---:|---:|---:|");
+        let orders = ["none"].iter().chain(&PAPER_ORDERS).chain(&OTHER_ORDERS);
+        let mut none = None;
+        for order in orders {
+            let mut runs: Vec<Measured> = (0..REPEAT)
+                .map(|_| self.limited.render(pack, &["--reorder", order], (None, &DISKS[3])))
+                .collect::<Result<_>>()?;
+            runs.sort_by(|a, b| a.rate().total_cmp(&b.rate()));
+            let measured = &runs[REPEAT / 2];
+            let none = *none.get_or_insert(measured.rate());
+            println!(
+                "| {order} | {:.1}M | {:.3} | {:.2} | {:.1} % |",
+                measured.rays / 1e6,
+                measured.rate(),
+                measured.rate() / none,
+                overhead(measured, self.limited.threads)
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Runs of which the median is taken, where they are short.
+const REPEAT: usize = 3;
+
+const COUNT_HEADS: &str =
+    "waiting | overhead | pages read/Mray | MB/Mray | reads/Mray | peak MiB, with page cache";
+const COUNT_LINE: &str = "---:|---:|---:|---:|---:|---:";
+
+/// What all rows end with.
+fn counts(measured: &Measured, threads: u64) -> String {
+    format!(
+        "{:.0} % | {:.1} % | {:.0} | {:.1} | {:.0} | {:.0}, {:.0}",
+        100.0 * measured.wait_seconds / (measured.seconds * threads as f64),
+        overhead(measured, threads),
+        measured.per_million(measured.pages_read),
+        measured.per_million(measured.disk_bytes) / 1e6,
+        measured.per_million(measured.disk_reads),
+        measured.peak_bytes / 1048576.0,
+        measured.group_peak_bytes / 1048576.0,
+    )
+}
+
+/// Percent of the time that goes into finding an order.
+fn overhead(measured: &Measured, threads: u64) -> f64 {
+    100.0 * measured.overhead_seconds / (measured.seconds * threads as f64)
+}
