@@ -71,8 +71,7 @@ impl PagedWorld {
                 return Ok(());
             }
             let most = (self.pool.capacity() / LOADED_PART).max(1);
-            let needed = aside.pages.iter().take(most);
-            needed.map(|&page| self.load(page, &mut buffer)).collect::<Result<(), OpenError>>()?;
+            aside.pages.iter().take(most).try_for_each(|&page| self.load(page, &mut buffer))?;
             for page in aside.pages.drain(..) {
                 left.append(aside.rays.get_mut(&page).expect("rays wait for it"));
             }

@@ -1,0 +1,180 @@
+//! Generations of rays, each sorted before it is traced: first the camera rays along a Z-curve over the picture, then all
+//! rays that these brought about, then those that came of them (Moon et al. 2010, section 3). Generation, reordering
+//! and processing are steps of their own.
+
+mod worker;
+
+use crate::{
+    camera::CameraRays,
+    film::Film,
+    hit_points::HitPoints,
+    integrator::Shader,
+    material::Materials,
+    params::{RenderError, RenderParams},
+    render::{RenderOutput, RenderProgress, RenderStats, Setting, camera_rays},
+    starts::Starts,
+    waiting_path::WaitingPath,
+    world::World,
+};
+use bytemuck::{Pod, Zeroable};
+use raystrips_geom::Ray;
+use raystrips_reorder::{Curve, Keys, Ordering, RayStore, SortedRays};
+use std::path::Path;
+use std::sync::atomic::{self, AtomicBool, AtomicU64};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+use worker::Worker;
+
+/// In which order rays are traced.
+#[derive(Clone, Copy)]
+pub struct OrderParams<'a> {
+    /// What they are placed by.
+    pub ordering: Ordering,
+    /// On which curve.
+    pub curve: Curve,
+    /// Memory for rays that wait.
+    pub buffer_bytes: u64,
+    /// Where rays go for which that is too little; `None`: paths are begun in such numbers that it is enough.
+    pub scratch: Option<&'a Path>,
+    /// Finds where rays probably hit, for orderings that need that.
+    pub hit_points: Option<&'a HitPoints>,
+}
+
+/// Renders a picture with rays in the given order. `progress` is called now and then, by one thread at a time.
+///
+/// # Errors
+/// Where the size, the samples or the camera are of no use, no threads can be started, the world cannot answer, or the
+/// scratch folder is full.
+pub fn render_ordered(
+    world: &dyn World,
+    params: &RenderParams,
+    order: &OrderParams,
+    progress: &(dyn Fn(RenderProgress) + Sync),
+) -> Result<RenderOutput, RenderError> {
+    let setting =
+        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
+    setting.run(params, |shader, materials| {
+        let temporary = std::env::temp_dir();
+        let folder = order.scratch.unwrap_or(&temporary);
+        let next = RayStore::new(folder, order.buffer_bytes as usize / STORES);
+        let film = Film::new(params.width, params.height, params.aovs);
+        let job = Job {
+            world,
+            params,
+            shader,
+            materials,
+            camera: camera_rays(params, world.description(), &world.bounds())?,
+            starts: Starts::new(params),
+            keys: Keys::new(order.ordering, order.curve, &world.bounds()),
+            hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
+            folder,
+            next: Mutex::new(next),
+            output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
+            is_stopped: AtomicBool::new(false),
+            progress,
+        };
+        let starts_at_a_time = match order.scratch {
+            Some(_) => u64::MAX,
+            None => order.buffer_bytes / (STORES * RAYS_A_PATH * RayStore::<Waiting>::RAY_BYTES) as u64,
+        };
+        job.run(starts_at_a_time)
+    })
+}
+
+/// Stores that have rays at a time: of the generation that is traced and of the next.
+const STORES: usize = 2;
+/// Rays that a path has in a generation, at most.
+const RAYS_A_PATH: usize = 3;
+
+/// A ray that waits, with its errand.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Waiting {
+    ray: Ray,
+    /// Of a shadow ray the pixel and the light are used.
+    path: WaitingPath,
+    is_shadow: u32,
+}
+
+/// What all threads share.
+struct Job<'a> {
+    world: &'a dyn World,
+    params: &'a RenderParams,
+    shader: &'a dyn Shader,
+    materials: &'a Materials,
+    camera: CameraRays,
+    starts: Starts,
+    keys: Keys,
+    hit_points: Option<&'a HitPoints>,
+    folder: &'a Path,
+    /// The next generation.
+    next: Mutex<RayStore<Waiting>>,
+    output: Mutex<RenderOutput>,
+    is_stopped: AtomicBool,
+    progress: &'a (dyn Fn(RenderProgress) + Sync),
+}
+
+impl Job<'_> {
+    /// Renders all, with about `most` paths at a time.
+    fn run(self, most: u64) -> Result<RenderOutput, RenderError> {
+        let begin = Instant::now();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
+        let next_start = AtomicU64::new(0);
+        let batches_at_a_time = most.div_ceil(Starts::BATCH);
+        while next_start.load(atomic::Ordering::Relaxed) < self.starts.count() {
+            let end = next_start.load(atomic::Ordering::Relaxed).saturating_add(batches_at_a_time);
+            let end = end.min(self.starts.count());
+            self.with_workers(&pool, |worker| {
+                while let Some(batch) = take_number(&next_start, end) {
+                    worker.start(batch)?;
+                }
+                Ok(())
+            })?;
+            while let Some(generation) = self.take_generation(&pool)? {
+                let generation = Mutex::new(generation);
+                self.with_workers(&pool, |worker| worker.trace_generation(&generation))?;
+            }
+        }
+        let mut output = self.output.into_inner().unwrap_or_else(PoisonError::into_inner);
+        output.stats.seconds.total = begin.elapsed().as_secs_f64();
+        Ok(output)
+    }
+
+    /// Lets all threads do something, until one fails.
+    fn with_workers(
+        &self,
+        pool: &rayon::ThreadPool,
+        work: impl Fn(&mut Worker) -> Result<(), RenderError> + Sync,
+    ) -> Result<(), RenderError> {
+        let outcomes = pool.broadcast(|_| {
+            let mut worker = Worker::new(self);
+            let outcome = work(&mut worker);
+            worker.flush();
+            outcome.inspect_err(|_| self.is_stopped.store(true, atomic::Ordering::Relaxed))
+        });
+        outcomes.into_iter().collect()
+    }
+
+    /// The rays that wait, sorted; `None` if there are none.
+    fn take_generation(&self, pool: &rayon::ThreadPool) -> Result<Option<SortedRays<Waiting>>, RenderError> {
+        let begin = Instant::now();
+        let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+        if next.is_empty() {
+            return Ok(None);
+        }
+        let store = &mut *next;
+        let sorted = pool.install(|| store.take_sorted()).map_err(|e| self.scratch_error(e))?;
+        let mut output = self.output.lock().unwrap_or_else(PoisonError::into_inner);
+        output.stats.seconds.sort += begin.elapsed().as_secs_f64() * pool.current_num_threads() as f64;
+        Ok(Some(sorted))
+    }
+
+    fn scratch_error(&self, source: std::io::Error) -> RenderError {
+        RenderError::Scratch { folder: self.folder.to_owned(), source }
+    }
+}
+
+/// The next number below `end`.
+fn take_number(next: &AtomicU64, end: u64) -> Option<u64> {
+    next.try_update(atomic::Ordering::Relaxed, atomic::Ordering::Relaxed, |n| (n < end).then_some(n + 1)).ok()
+}
