@@ -25,8 +25,11 @@ fn interrupted(folder: &Folder, arguments: &str, signal: &str, delay: Duration) 
         std::fs::remove_file(folder.path("out").join(&names[0])).unwrap();
     } else {
         let promised = outcome.stderr.contains("goes on from here");
-        let left: &[&str] = if promised { &["a.rsp.partial"] } else { &[] };
-        assert_eq!(names, left, "{outcome:#?}");
+        let left = |name: &str| ["a.rsp.partial", "a.exr.unfinished"].contains(&name);
+        assert!(
+            names.len() == usize::from(promised) && names.iter().all(|n| left(n)),
+            "{names:?} {outcome:#?}"
+        );
         // Before the program could say how it wants to be ended, the signal alone ends it.
         let lines = outcome.stderr.lines().count();
         assert!(lines <= 1 && !outcome.stderr.contains("panic"), "{outcome:#?}");
@@ -54,13 +57,40 @@ fn an_interrupted_conversion_leaves_what_it_can_go_on_from() {
 }
 
 #[test]
-fn an_interrupted_picture_leaves_nothing() {
+fn an_interrupted_picture_is_gone_on_with() {
     let folder = Folder::new();
-    folder.write("hills.ply", Mesh::hills(40).ply());
-    folder.run("convert hills.ply -o hills.rsp").done();
+    folder.write("ring.ply", Mesh::ring(100).ply());
+    folder.run("convert ring.ply -o ring.rsp --page-size 4K").done();
     std::fs::create_dir(folder.path("out")).unwrap();
-    // Many minutes of work.
-    let arguments = "render hills.rsp -o out/a.exr --size 1000x1000 --spp 1024";
-    let code = interrupted(&folder, arguments, "-INT", Duration::from_millis(500));
-    assert_eq!(code, Some(130));
+    for order in ["none", "queues", "hph"] {
+        let render = format!("render ring.rsp --size 160x96 --spp 256 --reorder {order}");
+        let begin = Instant::now();
+        folder.run(&format!("{render} -o whole.exr")).done();
+        let whole = begin.elapsed();
+        let arguments = format!("{render} -o out/a.exr --keep-every 0");
+        let code = interrupted(&folder, &arguments, "-INT", whole.mul_f64(0.3));
+        assert!([Some(0), Some(130)].contains(&code), "{code:?}");
+        // Killed without a warning too.
+        let mut running = folder.start(&arguments);
+        std::thread::sleep(whole.mul_f64(0.3));
+        running.child.kill().unwrap();
+        running.child.wait().unwrap();
+        let kept = folder.path("out/a.exr.unfinished").exists();
+        let outcome = folder.run(&format!("{render} -o out/a.exr"));
+        assert_eq!(outcome.stderr.contains("going on from"), kept, "{outcome:#?}");
+        assert!(folder.read("out/a.exr") == folder.read("whole.exr"), "{order}");
+        assert_eq!(folder.names("out"), ["a.exr"]);
+        std::fs::remove_file(folder.path("out/a.exr")).unwrap();
+    }
+}
+
+#[test]
+fn what_is_kept_of_another_picture_is_not_gone_on_with() {
+    let folder = Folder::new();
+    folder.write("ring.ply", Mesh::ring(20).ply());
+    folder.run("convert ring.ply -o ring.rsp").done();
+    folder.write("a.exr.unfinished", b"not a picture");
+    let outcome = folder.run("render ring.rsp -o a.exr --size 16x16 --spp 1");
+    assert!(outcome.code == Some(0) && outcome.stderr.contains("beginning anew"), "{outcome:#?}");
+    assert!(!folder.path("a.exr.unfinished").exists());
 }

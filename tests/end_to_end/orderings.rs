@@ -4,7 +4,7 @@ use crate::models::Mesh;
 use crate::support::{Folder, repository_file};
 use raystrips_render::{
     Curve, Film, HitPoints, OrderParams, Ordering, PagedWorld, QueueParams, RenderParams, Schedule,
-    TracedWorld, World, render, render_ordered, render_queued,
+    TracedWorld, Unfinished, Watch, World, render, render_ordered, render_queued,
 };
 use raystrips_tracer::{PagePool, ProxyKind, Scene};
 use std::path::Path;
@@ -37,6 +37,19 @@ fn hit_points(path: &Path, world: &dyn World) -> HitPoints {
     HitPoints::new(proxy, Scene::open(path).unwrap().geometry_bounds(), &world.bounds())
 }
 
+/// Renders with as many pauses as there can be.
+fn to_the_end(
+    params: &RenderParams,
+    part: impl Fn(Unfinished, &Watch) -> Result<Unfinished, raystrips_render::RenderError>,
+) -> raystrips_render::RenderOutput {
+    let mut unfinished = Unfinished::new(params);
+    let watch = Watch { is_due: &|| true, progress: &|_| {} };
+    while !unfinished.is_finished() {
+        unfinished = part(unfinished, &watch).unwrap();
+    }
+    unfinished.into_output()
+}
+
 fn check_all(path: &Path) {
     let whole = TracedWorld::new(Scene::open(path).unwrap());
     let resident = render(&whole, &params(1), &|_| {}).unwrap();
@@ -61,7 +74,12 @@ fn check_all(path: &Path) {
                 hit_points: Some(&hit_points),
             };
             let what = format!("{ordering:?} in memory, spilled: {}", scratch.is_some());
-            check(render_ordered(&whole, &params(threads), &order, &|_| {}).unwrap(), &what);
+            check(
+                to_the_end(&params(threads), |begin, watch| {
+                    render_ordered(&whole, &params(threads), &order, begin, watch)
+                }),
+                &what,
+            );
         }
         for (threads, percent) in [1, 2].into_iter().flat_map(|t| BUDGETS.map(|percent| (t, percent))) {
             let order = OrderParams {
@@ -73,7 +91,12 @@ fn check_all(path: &Path) {
             };
             let world = paged_world(path, percent);
             let what = format!("{ordering:?}, {threads} threads, {percent} %");
-            check(render_ordered(&world, &params(threads), &order, &|_| {}).unwrap(), &what);
+            check(
+                to_the_end(&params(threads), |begin, watch| {
+                    render_ordered(&world, &params(threads), &order, begin, watch)
+                }),
+                &what,
+            );
         }
     }
     for (threads, percent) in [1, 2].into_iter().flat_map(|t| BUDGETS.map(|percent| (t, percent))) {
@@ -83,7 +106,12 @@ fn check_all(path: &Path) {
             let world = paged_world(path, percent);
             let paging = QueueParams { ray_bytes: 1 << 16, read_bytes, schedule };
             let what = format!("queues {paging:?}, {threads} threads, {percent} %");
-            check(render_queued(&world, &params(threads), &paging, &|_| {}).unwrap(), &what);
+            check(
+                to_the_end(&params(threads), |begin, watch| {
+                    render_queued(&world, &params(threads), &paging, begin, watch)
+                }),
+                &what,
+            );
             let has_many_pages = world.pool().pack().directory.len() > 100;
             assert!(world.pool().counts().evicted > 0 || percent > 6 || !has_many_pages, "{what}");
         }

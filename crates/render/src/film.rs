@@ -4,7 +4,9 @@
 //! path brings to a pixel from one light source, becomes fixed point first: a multiple of 2^-24 up to
 //! [`MAX_CONTRIBUTION`]. An i64 holds 2^23 of that size.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use std::io::{self, Read, Write};
 
 /// Largest value of a channel of a contribution, in units of radiance; larger ones are cut and counted.
 pub const MAX_CONTRIBUTION: f32 = 65536.0;
@@ -26,14 +28,16 @@ pub struct Film {
     dropped: u64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct Pixel {
     rgb: [i64; 3],
     samples: u32,
     depth: f32,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 struct AovPixel {
     albedo: [i64; 3],
     normal: [i64; 3],
@@ -104,6 +108,22 @@ impl Film {
     /// AOVs.
     pub fn normal(&self, pixel: usize) -> Option<[f32; 3]> {
         self.aovs.as_ref().map(|aovs| mean(&aovs[pixel].normal, self.pixels[pixel].samples))
+    }
+
+    /// Writes all sums.
+    pub(crate) fn write_sums(&self, file: &mut impl Write) -> io::Result<()> {
+        file.write_all(bytemuck::cast_slice(&[self.clamped, self.dropped]))?;
+        file.write_all(bytemuck::cast_slice(&self.pixels))?;
+        self.aovs.iter().try_for_each(|aovs| file.write_all(bytemuck::cast_slice(aovs)))
+    }
+
+    /// Takes the sums of a film of the same kind.
+    pub(crate) fn read_sums(&mut self, file: &mut impl Read) -> io::Result<()> {
+        let mut counts = [0u64; 2];
+        file.read_exact(bytemuck::cast_slice_mut(&mut counts))?;
+        [self.clamped, self.dropped] = counts;
+        file.read_exact(bytemuck::cast_slice_mut(&mut self.pixels))?;
+        self.aovs.iter_mut().try_for_each(|aovs| file.read_exact(bytemuck::cast_slice_mut(aovs)))
     }
 
     /// Counts one more sample of a pixel, whatever it will bring.

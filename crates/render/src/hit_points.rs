@@ -50,10 +50,11 @@ impl HitPoints {
 fn entry(b: &Aabb, ray: &Ray) -> Option<f32> {
     let inv_dir = ray.dir.recip();
     let (lo, hi) = ((b.min - ray.org) * inv_dir, (b.max - ray.org) * inv_dir);
-    // Where a ray runs in a plane of the box the products are no numbers: that axis decides nothing.
-    let or = |x: Vec3, other: f32| Vec3::select(x.is_nan_mask(), Vec3::splat(other), x);
-    let tnear = or(lo.min(hi), ray.tnear).max_element().max(ray.tnear);
-    let tfar = or(lo.max(hi), ray.tfar).min_element().min(ray.tfar);
+    // Where a ray runs in a plane of the box a product is no number: that axis decides nothing.
+    let decides_nothing = lo.is_nan_mask() | hi.is_nan_mask();
+    let or = |other: f32, x: Vec3| Vec3::select(decides_nothing, Vec3::splat(other), x);
+    let tnear = or(ray.tnear, lo.min(hi)).max_element().max(ray.tnear);
+    let tfar = or(ray.tfar, lo.max(hi)).min_element().min(ray.tfar);
     (tnear <= tfar).then_some(tnear)
 }
 

@@ -29,6 +29,7 @@ mod testing;
 #[cfg(test)]
 mod tests;
 mod traced;
+mod unfinished;
 mod waiting_path;
 mod wave;
 mod world;
@@ -42,7 +43,8 @@ pub use paged::PagedWorld;
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
 pub use queued::{QUEUED_THREAD_BYTES, QueueParams, Schedule, render_queued};
 pub use raystrips_reorder::{Curve, Ordering};
-pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, render};
+pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, Watch, render, render_tiles};
 pub use sampler::sample;
 pub use traced::TracedWorld;
+pub use unfinished::Unfinished;
 pub use world::{Emitter, Surface, World};

@@ -8,6 +8,7 @@ use crate::{
     material::Materials,
     params::{Integrator, RenderError, RenderParams},
     sky::lighting,
+    unfinished::Unfinished,
     wave::{Tile, Wave, WaveContext},
     world::{Emitter, World},
 };
@@ -16,7 +17,7 @@ use raystrips_tracer::OpenError;
 use std::{
     sync::{
         Mutex,
-        atomic::{AtomicUsize, Ordering},
+        atomic::{AtomicU64, Ordering},
     },
     time::Instant,
 };
@@ -87,6 +88,26 @@ pub struct RenderProgress {
     pub rays: u64,
 }
 
+/// Asked and told while a picture is made.
+#[derive(Clone, Copy)]
+pub struct Watch<'a> {
+    /// True when what is under way is to be finished and nothing else is to be begun. Asked often, by any thread.
+    pub is_due: &'a (dyn Fn() -> bool + Sync),
+    /// Told how far it has come, now and then, by one thread at a time.
+    pub progress: &'a (dyn Fn(RenderProgress) + Sync),
+}
+
+impl RenderProgress {
+    pub(crate) fn of(stats: &RenderStats, params: &RenderParams) -> RenderProgress {
+        let &RenderStats { primary, shadow, secondary, .. } = stats;
+        RenderProgress {
+            samples_done: primary,
+            samples_total: u64::from(params.width) * u64::from(params.height) * u64::from(params.spp),
+            rays: primary + shadow + secondary,
+        }
+    }
+}
+
 /// Renders a picture. `progress` is called after each tile, by one thread at a time.
 ///
 /// # Errors
@@ -96,11 +117,25 @@ pub fn render(
     params: &RenderParams,
     progress: &(dyn Fn(RenderProgress) + Sync),
 ) -> Result<RenderOutput, RenderError> {
+    let watch = Watch { is_due: &|| false, progress };
+    Ok(render_tiles(world, params, Unfinished::new(params), &watch)?.into_output())
+}
+
+/// Renders a picture tile by tile, from where it was left until it is finished or `watch` wants a pause.
+///
+/// # Errors
+/// As of [`render`].
+pub fn render_tiles(
+    world: &dyn World,
+    params: &RenderParams,
+    begin: Unfinished,
+    watch: &Watch,
+) -> Result<Unfinished, RenderError> {
     let setting =
         Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
     setting.run(params, |shader, materials| {
         let tiles = Tile::cover(params.width, params.height);
-        render_tiles(world, params, materials, shader, &tiles, progress)
+        render_given_tiles(world, params, (materials, shader), &tiles, begin, watch)
     })
 }
 
@@ -116,8 +151,8 @@ impl Setting<'_> {
     pub fn run(
         &self,
         params: &RenderParams,
-        with: impl FnOnce(&dyn Shader, &Materials) -> Result<RenderOutput, RenderError>,
-    ) -> Result<RenderOutput, RenderError> {
+        with: impl FnOnce(&dyn Shader, &Materials) -> Result<Unfinished, RenderError>,
+    ) -> Result<Unfinished, RenderError> {
         params.validate()?;
         let materials = Materials::new(self.description);
         let (lights, sky) = lighting(self.description, params.default_light);
@@ -144,45 +179,49 @@ pub(crate) fn camera_rays(
     CameraRays::new(&camera, params.aspect())
 }
 
-/// Renders the tiles; threads take them in the order given.
-pub(crate) fn render_tiles(
+/// Renders the tiles from where it was left; threads take them in the order given.
+pub(crate) fn render_given_tiles(
     world: &dyn World,
     params: &RenderParams,
-    materials: &Materials,
-    shader: &dyn Shader,
+    (materials, shader): (&Materials, &dyn Shader),
     tiles: &[Tile],
-    progress: &(dyn Fn(RenderProgress) + Sync),
-) -> Result<RenderOutput, RenderError> {
+    begin: Unfinished,
+    watch: &Watch,
+) -> Result<Unfinished, RenderError> {
     let start = Instant::now();
     let camera = camera_rays(params, world.description(), &world.bounds())?;
     let context = WaveContext { world, params, camera: &camera, materials, shader };
 
-    let samples_total = u64::from(params.width) * u64::from(params.height) * u64::from(params.spp);
-    let film = Film::new(params.width, params.height, params.aovs);
-    let output = Mutex::new(RenderOutput { film, stats: RenderStats::default() });
     let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
-    let next_tile = AtomicUsize::new(0);
+    let next_tile = AtomicU64::new(begin.next);
+    let end = AtomicU64::new(tiles.len() as u64);
+    let output = Mutex::new(begin.output);
     let outcomes = pool.broadcast(|_| {
         let mut wave = Wave::default();
-        while let Some(tile) = tiles.get(next_tile.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(number) = take_number(&next_tile, &end) {
+            let tile = &tiles[number as usize];
             let outcome = wave.render_tile(&context, tile);
             // The others need not go on when one failed.
-            let (tile_film, tile_stats) =
-                outcome.inspect_err(|_| next_tile.store(tiles.len(), Ordering::Relaxed))?;
+            let (tile_film, tile_stats) = outcome.inspect_err(|_| end.store(0, Ordering::Relaxed))?;
             let mut output = output.lock().expect("no thread panics while it holds the film");
             output.film.paste(tile.x, tile.y, &tile_film);
             output.stats.add(&tile_stats);
-            let RenderStats { primary, shadow, secondary, .. } = output.stats;
-            progress(RenderProgress {
-                samples_done: primary,
-                samples_total,
-                rays: primary + shadow + secondary,
-            });
+            (watch.progress)(RenderProgress::of(&output.stats, params));
+            if (watch.is_due)() {
+                end.store(0, Ordering::Relaxed);
+            }
         }
         Ok(())
     });
     outcomes.into_iter().collect::<Result<(), OpenError>>()?;
     let mut output = output.into_inner().expect("no thread panics while it holds the film");
-    output.stats.seconds.total = start.elapsed().as_secs_f64();
-    Ok(output)
+    output.stats.seconds.total += start.elapsed().as_secs_f64();
+    let next = next_tile.into_inner();
+    Ok(Unfinished { output, next, is_finished: next == tiles.len() as u64 })
+}
+
+/// The next number below `end`.
+pub(crate) fn take_number(next: &AtomicU64, end: &AtomicU64) -> Option<u64> {
+    let end = end.load(Ordering::Relaxed);
+    next.try_update(Ordering::Relaxed, Ordering::Relaxed, |n| (n < end).then_some(n + 1)).ok()
 }

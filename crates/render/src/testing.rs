@@ -1,8 +1,12 @@
 //! For tests: a world that tries every triangle in f64, and small scenes.
 
 use crate::{
+    integrator::Shader,
+    material::Materials,
     params::RenderParams,
-    render::{RenderOutput, render},
+    render::{RenderOutput, Watch, render, render_given_tiles},
+    unfinished::Unfinished,
+    wave::Tile,
     world::{Emitter, Surface, World},
 };
 use glam::{DVec3, Vec3};
@@ -174,4 +178,15 @@ fn boxes_face_outside() {
     for [p0, p1, p2] in box_walls(center - 0.5, center + 0.5) {
         assert!((p1 - p0).cross(p2 - p0).dot(p0 - center) > 0.0);
     }
+}
+
+/// Renders the tiles with a shader that is not one of the parameters'.
+pub(crate) fn render_tiles_with(
+    world: &dyn World,
+    params: &RenderParams,
+    shading: (&Materials, &dyn Shader),
+    tiles: &[Tile],
+) -> RenderOutput {
+    let (begin, watch) = (Unfinished::new(params), Watch { is_due: &|| false, progress: &|_| {} });
+    render_given_tiles(world, params, shading, tiles, begin, &watch).unwrap().into_output()
 }

@@ -7,7 +7,7 @@
 //! voxels are visited by a schedule, and to sorting whole generations of rays (Moon et al. 2010).
 
 use std::collections::{BTreeSet, VecDeque};
-use std::ops::{AddAssign, SubAssign};
+use std::ops::{AddAssign, Range, SubAssign};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Rays that wait for the same page.
@@ -109,13 +109,13 @@ struct State<P> {
     /// All queues, and what workers got from them.
     total: Amount,
     next_start: u64,
-    starts: u64,
+    end_of_starts: u64,
     is_stopped: bool,
 }
 
 impl<P: Parcel> PageQueues<P> {
-    /// Empty queues for so many pages and `starts` batches of rays.
-    pub fn new(pages: usize, starts: u64, limits: Limits) -> PageQueues<P> {
+    /// Empty queues for so many pages, and batches of rays with these numbers.
+    pub fn new(pages: usize, starts: Range<u64>, limits: Limits) -> PageQueues<P> {
         let state = State {
             queues: (0..pages).map(|_| P::default()).collect(),
             stages: vec![Stage::Idle; pages],
@@ -127,8 +127,8 @@ impl<P: Parcel> PageQueues<P> {
             idle_readers: 0,
             at_work: 0,
             total: Amount::default(),
-            next_start: 0,
-            starts,
+            next_start: starts.start,
+            end_of_starts: starts.end,
             is_stopped: false,
         };
         PageQueues { state: Mutex::new(state), work: Condvar::new(), reads: Condvar::new() }
@@ -233,6 +233,17 @@ impl<P: Parcel> PageQueues<P> {
         state.waiting.insert((rays, page));
     }
 
+    /// From here on nothing is started. What is under way is finished.
+    pub fn close(&self) {
+        let mut state = self.lock();
+        state.end_of_starts = state.next_start;
+    }
+
+    /// The number of the batch that would be started next.
+    pub fn next_start(&self) -> u64 {
+        self.lock().next_start
+    }
+
     /// Ends all work.
     pub fn stop(&self) {
         self.lock().is_stopped = true;
@@ -304,7 +315,7 @@ impl<P: Parcel> State<P> {
     }
 
     fn can_start(&self) -> bool {
-        self.next_start < self.starts && (self.total.rays < self.limits.start || self.is_quiet())
+        self.next_start < self.end_of_starts && (self.total.rays < self.limits.start || self.is_quiet())
     }
 
     fn can_work(&self) -> bool {
@@ -321,7 +332,7 @@ impl<P: Parcel> State<P> {
     }
 
     fn is_over(&self) -> bool {
-        self.is_stopped || (self.is_quiet() && self.next_start == self.starts)
+        self.is_stopped || (self.is_quiet() && self.next_start == self.end_of_starts)
     }
 }
 
@@ -356,7 +367,7 @@ mod tests {
 
     #[test]
     fn the_longest_queue_is_read_first_and_served_whole() {
-        let queues = PageQueues::new(3, 2, limits(4, 2));
+        let queues = PageQueues::new(3, 0..2, limits(4, 2));
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         assert_eq!(queues.try_next_work(), Some(Work::Start(1)));
         finish(&queues, 0, &[(0, &[1]), (2, &[2, 3])]);
@@ -378,7 +389,7 @@ mod tests {
 
     #[test]
     fn benefit_by_cost_can_decide_what_is_read() {
-        let queues = PageQueues::new(3, 1, limits(1, 3));
+        let queues = PageQueues::new(3, 0..1, limits(1, 3));
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         finish(&queues, 0, &[(0, &[1, 1, 1]), (1, &[2, 2]), (2, &[3])]);
         let cost = |page: u32| [30, 10, 0][page as usize];
@@ -388,7 +399,7 @@ mod tests {
 
     #[test]
     fn short_queues_are_served_together() {
-        let queues = PageQueues::new(3, 1, Limits { serve: 3, ..limits(1, 3) });
+        let queues = PageQueues::new(3, 0..1, Limits { serve: 3, ..limits(1, 3) });
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         finish(&queues, 0, &[(0, &[1, 1, 1]), (1, &[2, 2]), (2, &[3])]);
         (0..3).for_each(|page| assert_eq!(queues.next_read(), Some(page)));
@@ -399,7 +410,7 @@ mod tests {
 
     #[test]
     fn nothing_is_started_while_queues_are_long_unless_nothing_else_is_left() {
-        let queues = PageQueues::new(1, 3, limits(2, 2));
+        let queues = PageQueues::new(1, 0..3, limits(2, 2));
         assert_eq!(queues.next_work(), Some(Work::Start(0)));
         finish(&queues, 0, &[(0, &[1, 2])]);
         assert_eq!(queues.try_next_work(), None);
@@ -411,5 +422,19 @@ mod tests {
         assert_eq!(queues.try_next_work(), Some(Work::Start(1)));
         queues.stop();
         assert_eq!((queues.next_work(), queues.next_read()), (None, None));
+    }
+
+    #[test]
+    fn what_is_under_way_is_finished_when_nothing_more_is_to_be_started() {
+        let queues = PageQueues::<Vec<u8>>::new(1, 5..9, limits(2, 2));
+        assert_eq!(queues.next_work(), Some(Work::Start(5)));
+        queues.close();
+        finish(&queues, 0, &[(0, &[1])]);
+        assert_eq!(queues.try_next_work(), None);
+        assert_eq!(queues.next_read(), Some(0));
+        queues.arrived(0);
+        assert_eq!(queues.next_work(), Some(Work::Serve(vec![1])));
+        finish(&queues, 1, &[]);
+        assert_eq!((queues.next_work(), queues.next_start()), (None, 6));
     }
 }

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::{Aabb, Hit};
-use raystrips_pack::{Emitter, GeometryBounds, Manifest, PageId, PageView, ProxyKind, TopEntry, TopNode};
+use raystrips_pack::{
+    Emitter, GeometryBounds, Manifest, Pack, PageId, PageView, ProxyKind, TopEntry, TopNode,
+};
 use raystrips_paging::{OpenError, PageTable};
 use std::path::Path;
 
@@ -69,6 +71,11 @@ impl Scene {
     /// Boxes of the geometries of the pack; none if it has none.
     pub fn geometry_bounds(&self) -> &[GeometryBounds] {
         &self.pages.pack().geometry_bounds
+    }
+
+    /// The resident part of the pack.
+    pub fn pack(&self) -> &Pack {
+        self.pages.pack()
     }
 
     /// Numbers and names of the pack.

@@ -292,6 +292,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
 
+    /// Keep what is done every so many seconds in OUT.unfinished. An interrupted run goes on from there; --restart begins
+    /// anew.
+    #[arg(long, value_name = "SECONDS", default_value_t = 300)]
+    pub keep_every: u64,
+
     /// Write counts and times as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,

@@ -10,6 +10,7 @@ mod process;
 mod progress;
 mod rendering;
 mod residency;
+mod unfinished;
 mod units;
 
 use args::{Arguments, Command};

@@ -4,11 +4,12 @@ use crate::args::{CurveName, IntegratorName, RenderArgs, ReorderName};
 use crate::camera;
 use crate::files::extension;
 use crate::residency::{self, Asked, Residency};
+use crate::unfinished::{Keeping, Numbering};
 use anyhow::Result;
 use raystrips_pack::Manifest;
 use raystrips_render::{
     Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
-    RenderProgress, Schedule, TracedWorld, World, render, render_ordered, render_queued,
+    Schedule, TracedWorld, World, render_ordered, render_queued, render_tiles,
 };
 use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, ProxyKind, Scene};
 use std::path::Path;
@@ -46,10 +47,8 @@ impl Pages {
     }
 }
 
-type Progress<'a> = &'a (dyn Fn(RenderProgress) + Sync);
-
 /// Renders the pack at `path` as it is asked for.
-pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendered> {
+pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered> {
     let threads = if args.threads == 0 { std::thread::available_parallelism()?.get() } else { args.threads };
     let asked = Asked {
         memory: args.convert.source.memory,
@@ -63,12 +62,21 @@ pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendere
             let world = TracedWorld::new(Scene::open(path)?);
             let params = params(args, world.scene().manifest())?;
             let output = match ordering(args.reorder) {
-                None | Some((Ordering::None, _)) => render(&world, &params, progress)?,
+                None | Some((Ordering::None, _)) => {
+                    let kept = (world.scene().pack(), Numbering::Tiles);
+                    keeping.to_the_end(&params, kept, |begin, watch| {
+                        render_tiles(&world, &params, begin, watch)
+                    })?
+                }
                 Some((ordering, _)) => {
                     let geometries = world.scene().geometry_bounds();
                     let hit_points = hit_points(path, ordering, geometries, &world)?;
                     let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
-                    render_ordered(&world, &params, &OrderParams { scratch: None, ..order }, progress)?
+                    let order = OrderParams { scratch: None, ..order };
+                    let kept = (world.scene().pack(), Numbering::Batches);
+                    keeping.to_the_end(&params, kept, |begin, watch| {
+                        render_ordered(&world, &params, &order, begin, watch)
+                    })?
                 }
             };
             let name = ordering(args.reorder).map_or("none", |(_, name)| name);
@@ -76,7 +84,7 @@ pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendere
         }
         Residency::Paged { page_bytes, ray_bytes } => {
             let Some((ordering, name)) = ordering(args.reorder) else {
-                return queued(path, args, (page_bytes, ray_bytes), progress);
+                return queued(path, args, (page_bytes, ray_bytes), keeping);
             };
             let ray_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2);
             let world = PagedWorld::new(PagePool::open(path, page_bytes - ray_bytes)?);
@@ -85,8 +93,12 @@ pub fn run(path: &Path, args: &RenderArgs, progress: Progress) -> Result<Rendere
             let hit_points = hit_points(path, ordering, &pack.geometry_bounds, &world)?;
             let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
             let output = match ordering {
-                Ordering::None => render(&world, &params, progress)?,
-                _ => render_ordered(&world, &params, &order, progress)?,
+                Ordering::None => keeping.to_the_end(&params, (pack, Numbering::Tiles), |begin, watch| {
+                    render_tiles(&world, &params, begin, watch)
+                })?,
+                _ => keeping.to_the_end(&params, (pack, Numbering::Batches), |begin, watch| {
+                    render_ordered(&world, &params, &order, begin, watch)
+                })?,
             };
             Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
         }
@@ -98,7 +110,7 @@ fn queued(
     path: &Path,
     args: &RenderArgs,
     (page_bytes, ray_bytes): (u64, u64),
-    progress: Progress,
+    keeping: &Keeping,
 ) -> Result<Rendered> {
     let world = PagedWorld::new(PagePool::open(path, page_bytes)?);
     let params = params(args, &world.pool().pack().manifest)?;
@@ -112,7 +124,9 @@ fn queued(
             (QueueParams { ray_bytes, read_bytes, schedule: Schedule::Longest }, "queues")
         }
     };
-    let output = render_queued(&world, &params, &paging, progress)?;
+    let kept = (world.pool().pack(), Numbering::Batches);
+    let output = keeping
+        .to_the_end(&params, kept, |begin, watch| render_queued(&world, &params, &paging, begin, watch))?;
     Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
 }
 

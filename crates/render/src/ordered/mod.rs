@@ -6,13 +6,13 @@ mod worker;
 
 use crate::{
     camera::CameraRays,
-    film::Film,
     hit_points::HitPoints,
     integrator::Shader,
     material::Materials,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, RenderProgress, RenderStats, Setting, camera_rays},
+    render::{RenderOutput, Setting, Watch, camera_rays, take_number},
     starts::Starts,
+    unfinished::Unfinished,
     waiting_path::WaitingPath,
     world::World,
 };
@@ -40,7 +40,7 @@ pub struct OrderParams<'a> {
     pub hit_points: Option<&'a HitPoints>,
 }
 
-/// Renders a picture with rays in the given order. `progress` is called now and then, by one thread at a time.
+/// Renders a picture with rays in the given order, from where it was left until it is finished or `watch` wants a pause.
 ///
 /// # Errors
 /// Where the size, the samples or the camera are of no use, no threads can be started, the world cannot answer, or the
@@ -49,15 +49,15 @@ pub fn render_ordered(
     world: &dyn World,
     params: &RenderParams,
     order: &OrderParams,
-    progress: &(dyn Fn(RenderProgress) + Sync),
-) -> Result<RenderOutput, RenderError> {
+    begin: Unfinished,
+    watch: &Watch,
+) -> Result<Unfinished, RenderError> {
     let setting =
         Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
     setting.run(params, |shader, materials| {
         let temporary = std::env::temp_dir();
         let folder = order.scratch.unwrap_or(&temporary);
         let next = RayStore::new(folder, order.buffer_bytes as usize / STORES);
-        let film = Film::new(params.width, params.height, params.aovs);
         let job = Job {
             world,
             params,
@@ -69,15 +69,15 @@ pub fn render_ordered(
             hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
             folder,
             next: Mutex::new(next),
-            output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
+            output: Mutex::new(begin.output),
             is_stopped: AtomicBool::new(false),
-            progress,
+            watch,
         };
         let starts_at_a_time = match order.scratch {
             Some(_) => u64::MAX,
             None => order.buffer_bytes / (STORES * RAYS_A_PATH * RayStore::<Waiting>::RAY_BYTES) as u64,
         };
-        job.run(starts_at_a_time)
+        job.run(begin.next, starts_at_a_time)
     })
 }
 
@@ -111,33 +111,39 @@ struct Job<'a> {
     next: Mutex<RayStore<Waiting>>,
     output: Mutex<RenderOutput>,
     is_stopped: AtomicBool,
-    progress: &'a (dyn Fn(RenderProgress) + Sync),
+    watch: &'a Watch<'a>,
 }
 
 impl Job<'_> {
-    /// Renders all, with about `most` paths at a time.
-    fn run(self, most: u64) -> Result<RenderOutput, RenderError> {
+    /// Renders from a batch of paths on, with about `most` paths at a time.
+    fn run(self, first: u64, most: u64) -> Result<Unfinished, RenderError> {
         let begin = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
-        let next_start = AtomicU64::new(0);
+        let (next_start, count) = (AtomicU64::new(first), self.starts.count());
         let batches_at_a_time = most.div_ceil(Starts::BATCH);
-        while next_start.load(atomic::Ordering::Relaxed) < self.starts.count() {
+        let mut is_due = false;
+        while next_start.load(atomic::Ordering::Relaxed) < count && !is_due {
             let end = next_start.load(atomic::Ordering::Relaxed).saturating_add(batches_at_a_time);
-            let end = end.min(self.starts.count());
+            let end = AtomicU64::new(end.min(count));
             self.with_workers(&pool, |worker| {
-                while let Some(batch) = take_number(&next_start, end) {
+                while let Some(batch) = take_number(&next_start, &end) {
                     worker.start(batch)?;
+                    if (self.watch.is_due)() {
+                        end.store(0, atomic::Ordering::Relaxed);
+                    }
                 }
                 Ok(())
             })?;
+            is_due = end.into_inner() == 0;
             while let Some(generation) = self.take_generation(&pool)? {
                 let generation = Mutex::new(generation);
                 self.with_workers(&pool, |worker| worker.trace_generation(&generation))?;
             }
         }
         let mut output = self.output.into_inner().unwrap_or_else(PoisonError::into_inner);
-        output.stats.seconds.total = begin.elapsed().as_secs_f64();
-        Ok(output)
+        output.stats.seconds.total += begin.elapsed().as_secs_f64();
+        let next = next_start.into_inner();
+        Ok(Unfinished { output, next, is_finished: next == count })
     }
 
     /// Lets all threads do something, until one fails.
@@ -172,9 +178,4 @@ impl Job<'_> {
     fn scratch_error(&self, source: std::io::Error) -> RenderError {
         RenderError::Scratch { folder: self.folder.to_owned(), source }
     }
-}
-
-/// The next number below `end`.
-fn take_number(next: &AtomicU64, end: u64) -> Option<u64> {
-    next.try_update(atomic::Ordering::Relaxed, atomic::Ordering::Relaxed, |n| (n < end).then_some(n + 1)).ok()
 }

@@ -241,14 +241,6 @@ impl<'a> Worker<'a> {
         let mut output = self.job.output.lock().unwrap_or_else(PoisonError::into_inner);
         self.deposits.flush(&mut output.film);
         output.stats.add(&std::mem::take(&mut self.stats));
-        let RenderStats { primary, shadow, secondary, .. } = output.stats;
-        let samples_total = u64::from(self.job.params.width)
-            * u64::from(self.job.params.height)
-            * u64::from(self.job.params.spp);
-        (self.job.progress)(RenderProgress {
-            samples_done: primary,
-            samples_total,
-            rays: primary + shadow + secondary,
-        });
+        (self.job.watch.progress)(RenderProgress::of(&output.stats, self.job.params));
     }
 }

@@ -8,13 +8,13 @@ mod worker;
 
 use crate::{
     camera::CameraRays,
-    film::Film,
     integrator::Shader,
     material::Materials,
     paged::PagedWorld,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, RenderProgress, RenderStats, Setting, camera_rays},
+    render::{RenderOutput, Setting, Watch, camera_rays},
     starts::Starts,
+    unfinished::Unfinished,
     world::World,
 };
 use ray_memory::RayMemory;
@@ -63,8 +63,8 @@ pub struct QueueParams {
     pub schedule: Schedule,
 }
 
-/// Renders a picture of a scene of which some pages are in memory. `progress` is called now and then, by one thread at a
-/// time.
+/// Renders a picture of a scene of which some pages are in memory, from where it was left until it is finished or `watch`
+/// wants a pause.
 ///
 /// # Errors
 /// Where the size, the samples or the camera are of no use, no threads can be started, or a page cannot be read or is
@@ -73,8 +73,9 @@ pub fn render_queued(
     world: &PagedWorld,
     params: &RenderParams,
     paging: &QueueParams,
-    progress: &(dyn Fn(RenderProgress) + Sync),
-) -> Result<RenderOutput, RenderError> {
+    begin: Unfinished,
+    watch: &Watch,
+) -> Result<Unfinished, RenderError> {
     let setting =
         Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
     setting.run(params, |shader, materials| {
@@ -85,23 +86,22 @@ pub fn render_queued(
         };
         let runs = Runs::new(&world.pool().pack().directory, paging.read_bytes);
         let starts = Starts::new(params);
-        let film = Film::new(params.width, params.height, params.aovs);
         let job = Job {
             world,
             params,
             shader,
             materials,
             camera: camera_rays(params, world.description(), &world.bounds())?,
-            queues: PageQueues::new(runs.len(), starts.count(), limits),
+            queues: PageQueues::new(runs.len(), begin.next..starts.count(), limits),
             runs,
             ray_memory: RayMemory::default(),
             starts,
             schedule: paging.schedule,
             readers: (READ_BUFFER_BYTES / paging.read_bytes.max(1)).clamp(1, MOST_READERS) as usize,
             most_held: 0,
-            output: Mutex::new(RenderOutput { film, stats: RenderStats::default() }),
+            output: Mutex::new(begin.output),
             error: Mutex::new(None),
-            progress,
+            watch,
         };
         job.run()
     })
@@ -124,11 +124,11 @@ struct Job<'a> {
     most_held: usize,
     output: Mutex<RenderOutput>,
     error: Mutex<Option<OpenError>>,
-    progress: &'a (dyn Fn(RenderProgress) + Sync),
+    watch: &'a Watch<'a>,
 }
 
 impl Job<'_> {
-    fn run(mut self) -> Result<RenderOutput, RenderError> {
+    fn run(mut self) -> Result<Unfinished, RenderError> {
         let begin = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
         let held = self.world.pool().capacity() as f64 * HELD_PART;
@@ -141,8 +141,9 @@ impl Job<'_> {
             return Err(error.into());
         }
         let mut output = self.output.into_inner().unwrap_or_else(PoisonError::into_inner);
-        output.stats.seconds.total = begin.elapsed().as_secs_f64();
-        Ok(output)
+        output.stats.seconds.total += begin.elapsed().as_secs_f64();
+        let next = self.queues.next_start();
+        Ok(Unfinished { output, next, is_finished: next == self.starts.count() })
     }
 
     fn next_read(&self) -> Option<u32> {

@@ -153,7 +153,10 @@ impl<'a> Worker<'a> {
 
     /// Begins the paths of a batch.
     fn start(&mut self, batch: u64) {
-        let Job { params, starts, .. } = self.job;
+        let Job { params, starts, watch, queues, .. } = self.job;
+        if (watch.is_due)() {
+            queues.close();
+        }
         self.closest.clear();
         self.shadow.clear();
         self.packets.extend(starts.packets(batch));
@@ -289,14 +292,6 @@ impl<'a> Worker<'a> {
         let mut output = self.job.output.lock().unwrap_or_else(PoisonError::into_inner);
         self.deposits.flush(&mut output.film);
         output.stats.add(&std::mem::take(&mut self.stats));
-        let RenderStats { primary, shadow, secondary, .. } = output.stats;
-        let samples_total = u64::from(self.job.params.width)
-            * u64::from(self.job.params.height)
-            * u64::from(self.job.params.spp);
-        (self.job.progress)(RenderProgress {
-            samples_done: primary,
-            samples_total,
-            rays: primary + shadow + secondary,
-        });
+        (self.job.watch.progress)(RenderProgress::of(&output.stats, self.job.params));
     }
 }

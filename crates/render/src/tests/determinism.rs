@@ -6,8 +6,9 @@ use crate::{
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{Integrator, RenderParams},
-    render::{render, render_tiles},
-    testing::{cornell_box, render_quietly},
+    render::{Watch, render},
+    testing::{cornell_box, render_quietly, render_tiles_with},
+    unfinished::Unfinished,
     wave::Tile,
     world::World,
 };
@@ -48,8 +49,7 @@ fn order_of_tiles_changes_nothing() {
         Sky::Constant([0.0; 3]),
         params.max_bounces,
     );
-    let picture =
-        |tiles: &[Tile]| render_tiles(&world, &params, &materials, &shader, tiles, &|_| {}).unwrap();
+    let picture = |tiles: &[Tile]| render_tiles_with(&world, &params, (&materials, &shader), tiles);
     let mut tiles = Tile::cover(params.width, params.height);
     let film = picture(&tiles).film;
     assert!(film == render_quietly(&world, &params).film);
@@ -75,4 +75,21 @@ fn progress_ends_with_everything() {
     let expected =
         RenderProgress { samples_done: primary, samples_total, rays: primary + shadow + secondary };
     assert_eq!(*last.lock().unwrap(), Some(expected));
+}
+
+#[test]
+fn pauses_change_nothing() {
+    let world = cornell_box();
+    let whole = render_quietly(&world, &params(2));
+    let mut unfinished = Unfinished::new(&params(2));
+    let mut parts = 0;
+    while !unfinished.is_finished() {
+        let watch = Watch { is_due: &|| true, progress: &|_| {} };
+        unfinished = crate::render_tiles(&world, &params(2), unfinished, &watch).unwrap();
+        parts += 1;
+    }
+    assert!(parts > 1);
+    let output = unfinished.into_output();
+    assert!(output.film == whole.film);
+    assert_eq!(ray_counts(&output), ray_counts(&whole));
 }

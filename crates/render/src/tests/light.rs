@@ -5,9 +5,11 @@ use crate::{
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::RenderParams,
-    render::render_tiles,
     sampling::power_heuristic,
-    testing::{BruteWorld, box_walls, cornell_box, lamp, matte, mean, probe, quad, render_quietly, reversed},
+    testing::{
+        BruteWorld, box_walls, cornell_box, lamp, matte, mean, probe, quad, render_quietly,
+        render_tiles_with, reversed,
+    },
     wave::Tile,
 };
 use glam::{DVec3, Vec3};
@@ -133,7 +135,7 @@ fn strategies_agree() {
             ..PathTracer::new(area, PunctualLights::new(&[]), Sky::Constant([0.0; 3]), params.max_bounces)
         };
         let tiles = Tile::cover(params.width, params.height);
-        mean(&render_tiles(&world, &params, &materials, &shader, &tiles, &|_| {}).unwrap())
+        mean(&render_tiles_with(&world, &params, (&materials, &shader), &tiles))
     };
     let both = render_with(power_heuristic);
     assert_near(render_with(|_, _| 1.0), both, 0.01);

@@ -4,6 +4,7 @@ use crate::args::RenderArgs;
 use crate::files::{check_output, extension, write_whole};
 use crate::progress::render_bar;
 use crate::rendering::{self, Pages, Rendered};
+use crate::unfinished::Keeping;
 use crate::units::grouped;
 use crate::{cache, interrupt, process};
 use anyhow::{Result, bail};
@@ -11,6 +12,7 @@ use raystrips_render::{ImageOptions, RenderOutput, RenderProgress, write_image};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Renders a picture.
 pub fn run(args: &RenderArgs) -> Result<()> {
@@ -24,17 +26,14 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     interrupt::watch()?;
     let pack = pack_of(args)?;
     let bar = render_bar(u64::from(args.size.0) * u64::from(args.size.1) * u64::from(args.spp));
-    let progress = |progress: RenderProgress| {
-        if interrupt::happened() {
-            bar.finish_and_clear();
-            interrupt::exit();
-        }
-        bar.set_position(progress.samples_done);
-    };
-    let Rendered { params, output, pages } = rendering::run(&pack, args, &progress)?;
+    let progress = |progress: RenderProgress| bar.set_position(progress.samples_done);
+    let every = Duration::from_secs(args.keep_every);
+    let keeping = Keeping::new(&args.output, every, args.convert.source.restart, &progress)?;
+    let Rendered { params, output, pages } = rendering::run(&pack, args, &keeping)?;
     bar.finish_and_clear();
     let options = ImageOptions { exposure: args.exposure.exp2(), ..ImageOptions::for_render(&params) };
     write_image(&args.output, &output.film, &options)?;
+    keeping.remove()?;
     if let Some(path) = &args.stats {
         write_whole(path, format!("{}\n", stats(&output, &pages)).as_bytes())?;
     }

@@ -72,15 +72,17 @@ impl Limited {
         options: &[&str],
         (memory, disk): (Option<u64>, &Disk),
     ) -> Result<Measured> {
-        let mut divisor = 8;
-        loop {
-            let measured = self.render_once(pack, options, (memory, disk), divisor)?;
-            // Four times the rays; what is in memory at the beginning weighs less then.
-            if divisor == 1 || measured.seconds * 4.0 > self.most_seconds {
-                return Ok(measured);
+        let steps = [(16, 1), (8, 1), (8, self.spp), (4, self.spp), (2, self.spp), (1, self.spp)];
+        let paths = |(divisor, spp): (u64, u64)| spp as f64 / (divisor * divisor) as f64;
+        let mut measured = self.render_once(pack, options, (memory, disk), steps[0])?;
+        for step in steps.windows(2) {
+            // What is in memory at the beginning weighs less in a larger picture.
+            if measured.seconds * paths(step[1]) / paths(step[0]) > self.most_seconds {
+                break;
             }
-            divisor /= 2;
+            measured = self.render_once(pack, options, (memory, disk), step[1])?;
         }
+        Ok(measured)
     }
 
     fn render_once(
@@ -88,7 +90,7 @@ impl Limited {
         pack: &Path,
         options: &[&str],
         (memory, disk): (Option<u64>, &Disk),
-        divisor: u64,
+        (divisor, spp): (u64, u64),
     ) -> Result<Measured> {
         let folder = tempfile::tempdir()?;
         let (stats, report) = (folder.path().join("stats.json"), folder.path().join("report.json"));
@@ -100,7 +102,7 @@ impl Limited {
         command.arg("--").arg(&self.raystrips).arg("render").arg(pack);
         command.arg("-o").arg(folder.path().join("picture.png")).arg("--stats").arg(&stats);
         let (width, height) = ((self.size.0 / divisor).max(1), (self.size.1 / divisor).max(1));
-        command.args(["--size", &format!("{width}x{height}"), "--spp", &self.spp.to_string()]);
+        command.args(["--size", &format!("{width}x{height}"), "--spp", &spp.to_string()]);
         command.args(["--threads", &self.threads.to_string()]).args(options);
         if let Some(memory) = memory {
             command.args(["--memory", &memory.to_string()]);
