@@ -49,16 +49,26 @@ impl BlockFile {
         }
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut buffer.0[..blocks]);
         let wanted = (place.start - begin) as usize..(place.end - begin) as usize;
+        self.fill(bytes, begin, wanted.end)?;
+        Ok(&bytes[wanted])
+    }
+
+    /// Reads the first `wanted` bytes from `offset` on, and maybe more, into memory of whole blocks that begins at one, as
+    /// `offset` must.
+    ///
+    /// # Errors
+    /// If the file is shorter, or cannot be read.
+    pub fn fill(&self, blocks: &mut [u8], offset: u64, wanted: usize) -> io::Result<()> {
         let mut filled = 0;
-        while filled < wanted.end {
-            match read_at(&self.file, &mut bytes[filled..], begin + filled as u64) {
+        while filled < wanted {
+            match read_at(&self.file, &mut blocks[filled..], offset + filled as u64) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
                 Ok(read) => filled += read,
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
         }
-        Ok(&bytes[wanted])
+        Ok(())
     }
 }
 

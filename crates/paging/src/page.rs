@@ -19,6 +19,11 @@ impl Frame {
     pub fn new(bytes: usize, memory: Reservation) -> Option<Frame> {
         Some(Frame { bytes: MmapMut::map_anon(bytes).ok()?, _memory: memory })
     }
+
+    /// Its bytes, which begin at a page of the system's.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
 }
 
 /// A page in memory that was checked.
@@ -28,10 +33,9 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// A page of `bytes` that were checked, in `frame`.
-    pub fn new(bytes: &[u8], mut frame: Frame) -> Page {
-        frame.bytes[..bytes.len()].copy_from_slice(bytes);
-        Page { frame, len: bytes.len() }
+    /// The page of `len` bytes that is in `frame` and was checked.
+    pub fn new(frame: Frame, len: usize) -> Page {
+        Page { frame, len }
     }
 
     /// Its frame, for another page.

@@ -181,24 +181,41 @@ impl PagePool {
     fn read(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
         let (Some(&first), Some(&last)) = (pages.first(), pages.last()) else { return Ok(true) };
         let frames: Option<Vec<Frame>> = pages.iter().map(|_| self.take_frame()).collect();
-        let Some(frames) = frames else { return Ok(false) };
+        let Some(mut frames) = frames else { return Ok(false) };
         let error = |source| OpenError { path: self.path.clone(), source };
         let begin = self.entry(first).offset;
-        let bytes = self.file.read(begin..self.end(last), buffer).map_err(|e| error(e.into()))?;
-        for (&id, frame) in pages.iter().zip(frames) {
-            let entry = self.entry(id);
-            let bytes = &bytes[(entry.offset - begin) as usize..][..entry.bytes as usize];
-            self.check(bytes, id).map_err(error)?;
-            self.counters.read.fetch_add(1, Ordering::Relaxed);
-            self.counters.bytes_read.fetch_add(u64::from(entry.bytes), Ordering::Relaxed);
-            self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
-            let mut slot = self.slot(id);
-            if slot.is_none() {
-                *slot = Some(Arc::new(Page::new(bytes, frame)));
-                self.clock().push(id);
+        if let [frame] = &mut frames[..] {
+            let (bytes, wanted) = (frame.bytes_mut(), self.entry(first).bytes as usize);
+            // What was read of other pages is no more than the padding behind this one.
+            let blocks = wanted.next_multiple_of(FRAME_UNIT as usize);
+            self.file.fill(&mut bytes[..blocks], begin, wanted).map_err(|e| error(e.into()))?;
+        } else {
+            let bytes = self.file.read(begin..self.end(last), buffer).map_err(|e| error(e.into()))?;
+            for (&id, frame) in pages.iter().zip(&mut frames) {
+                let entry = self.entry(id);
+                let bytes = &bytes[(entry.offset - begin) as usize..][..entry.bytes as usize];
+                frame.bytes_mut()[..bytes.len()].copy_from_slice(bytes);
             }
         }
+        for (&id, frame) in pages.iter().zip(frames) {
+            self.put(id, frame).map_err(error)?;
+        }
         Ok(true)
+    }
+
+    /// Checks the page in `frame` and lets others have it.
+    fn put(&self, id: PageId, mut frame: Frame) -> Result<(), PackError> {
+        let len = self.entry(id).bytes;
+        self.check(&frame.bytes_mut()[..len as usize], id)?;
+        self.counters.read.fetch_add(1, Ordering::Relaxed);
+        self.counters.bytes_read.fetch_add(u64::from(len), Ordering::Relaxed);
+        self.slots[id as usize].is_used.store(true, Ordering::Relaxed);
+        let mut slot = self.slot(id);
+        if slot.is_none() {
+            *slot = Some(Arc::new(Page::new(frame, len as usize)));
+            self.clock().push(id);
+        }
+        Ok(())
     }
 
     /// Checks the bytes of a page; all of it when it comes for the first time.

@@ -15,7 +15,7 @@ const BASE_BYTES: u64 = 12 << 20;
 /// Memory of each thread when all pages are in memory.
 const THREAD_BYTES: u64 = 8 << 20;
 /// Part of the memory for pages and rays that is for rays.
-const RAY_PART: f64 = 0.25;
+const RAY_PART: f64 = 0.3;
 /// More rays than fit here do not wait longer for their pages.
 const MOST_RAY_BYTES: u64 = 512 << 20;
 /// Least pages in memory, of the largest size: some a thread, and those that are read.

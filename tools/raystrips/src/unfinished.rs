@@ -2,7 +2,7 @@
 
 use crate::files::write_through;
 use crate::interrupt;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use raystrips_pack::Pack;
 use raystrips_render::{RenderError, RenderOutput, RenderParams, RenderProgress, Unfinished, Watch};
 use std::ffi::OsString;
@@ -55,8 +55,8 @@ impl<'a> Keeping<'a> {
         loop {
             let begin = Instant::now();
             let is_due = || interrupt::happened() || begin.elapsed() >= self.every;
-            unfinished = part(unfinished, &Watch { is_due: &is_due, progress: self.progress })
-                .with_context(|| self.what_is_kept())?;
+            let watch = Watch { is_due: &is_due, progress: self.progress };
+            unfinished = part(unfinished, &watch).map_err(|error| self.with_what_is_kept(error))?;
             if unfinished.is_finished() {
                 return Ok(unfinished.into_output());
             }
@@ -95,13 +95,15 @@ impl<'a> Keeping<'a> {
         Ok(unfinished)
     }
 
-    fn what_is_kept(&self) -> String {
+    /// Says where what was done is, if it was kept before the error.
+    fn with_what_is_kept(&self, error: RenderError) -> anyhow::Error {
+        let error = anyhow::Error::from(error);
         match self.file.exists() {
-            true => format!(
-                "what was done is in {}, and the same command goes on from there",
+            true => anyhow!(
+                "{error}; what was done is in {}, and the same command goes on from there",
                 self.file.display()
             ),
-            false => "nothing was kept".to_owned(),
+            false => error,
         }
     }
 }

@@ -33,9 +33,9 @@ const MOST_READERS: u64 = 8;
 /// Memory for what they read.
 const READ_BUFFER_BYTES: u64 = 2 << 20;
 /// Runs of pages that are read or have come while no thread goes on with their rays.
-const READ_AHEAD: usize = 16;
+const READ_AHEAD: usize = 64;
 /// Queues are served together up to so many rays, so that each step of the tracer has many.
-const SERVE_RAYS: usize = 4096;
+const SERVE_RAYS: usize = 16384;
 /// How long a reader waits for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
 

@@ -20,9 +20,9 @@ use std::sync::PoisonError;
 use std::time::Instant;
 
 /// Rays traced in a visit, at about: to begin one takes some time.
-const VISIT_RAYS: usize = 8192;
+const VISIT_RAYS: usize = 32768;
 /// Rays between looks at how many pages a visit holds.
-const STEP_RAYS: usize = 1024;
+const STEP_RAYS: usize = 2048;
 /// A packet of camera rays is traced together this many times at most; absent pages end that.
 const MOST_ATTEMPTS: u32 = 4;
 /// Most empty parcels that a worker keeps, and the most memory of each.
