@@ -38,7 +38,7 @@ pub use camera::frame_bounds;
 pub use film::{Film, MAX_CONTRIBUTION, WRITTEN_PIXEL_BYTES};
 pub use hit_points::HitPoints;
 pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
-pub use ordered::{OrderParams, render_ordered};
+pub use ordered::{ORDERED_THREAD_BYTES, OrderParams, render_ordered};
 pub use paged::PagedWorld;
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
 pub use queued::{QUEUED_THREAD_BYTES, QueueParams, Schedule, render_queued};

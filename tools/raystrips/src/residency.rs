@@ -5,7 +5,7 @@ use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
 use raystrips_pack::Pack;
-use raystrips_render::{Film, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES};
+use raystrips_render::{Film, ORDERED_THREAD_BYTES, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES};
 use raystrips_tracer::PagePool;
 use std::fs::File;
 use std::path::Path;
@@ -61,7 +61,11 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     if is_whole {
         return Ok(Residency::Whole { ray_bytes: for_rays(given.saturating_sub(whole)) });
     }
-    let taken = taken + threads * QUEUED_THREAD_BYTES + PagePool::resident_bytes(&pack);
+    let thread_bytes = match reorder {
+        ReorderName::Auto | ReorderName::Queues | ReorderName::Chunks => QUEUED_THREAD_BYTES,
+        _ => ORDERED_THREAD_BYTES,
+    };
+    let taken = taken + threads * thread_bytes + PagePool::resident_bytes(&pack);
     // The pages are gone when the picture is written.
     let least_shared =
         (LEAST_PAGES * PagePool::frame_bytes(&pack) + LEAST_RAY_BYTES).max(pixels * WRITTEN_PIXEL_BYTES);

@@ -81,6 +81,9 @@ pub fn render_ordered(
     })
 }
 
+/// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays.
+pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
+
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
 /// Rays that a path has in a generation, at most.
