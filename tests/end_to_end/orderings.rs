@@ -25,7 +25,7 @@ fn params(threads: usize) -> RenderParams {
     RenderParams { width: 48, height: 32, spp: 4, threads, ..RenderParams::default() }
 }
 
-/// Renders the pack at `path` with so many percent of its pages in memory.
+/// The pack at `path` with so many percent of its pages in memory.
 fn paged_world(path: &Path, percent: u64) -> PagedWorld {
     let pages = Scene::open(path).unwrap().manifest().pages;
     let frame_bytes = PagePool::frame_bytes(PagePool::open(path, 0).unwrap().pack());
@@ -37,13 +37,14 @@ fn hit_points(path: &Path, world: &dyn World) -> HitPoints {
     HitPoints::new(proxy, Scene::open(path).unwrap().geometry_bounds(), &world.bounds())
 }
 
-/// Renders with as many pauses as there can be.
+/// Renders with as many pauses as there can be, or without any.
 fn to_the_end(
     params: &RenderParams,
+    has_pauses: bool,
     part: impl Fn(Unfinished, &Watch) -> Result<Unfinished, raystrips_render::RenderError>,
 ) -> raystrips_render::RenderOutput {
     let mut unfinished = Unfinished::new(params);
-    let watch = Watch { is_due: &|| true, progress: &|_| {} };
+    let watch = Watch { is_due: &|| has_pauses, progress: &|_| {} };
     while !unfinished.is_finished() {
         unfinished = part(unfinished, &watch).unwrap();
     }
@@ -65,7 +66,7 @@ fn check_all(path: &Path) {
         let threads = 1 + i % 2;
         let curve = if i < 3 { Curve::Z } else { Curve::Hilbert };
         // Of whole generations, with little memory, and of few paths at a time.
-        for scratch in [Some(scratch.path()), None] {
+        for (scratch, has_pauses) in [(Some(scratch.path()), false), (None, false), (None, true)] {
             let order = OrderParams {
                 ordering,
                 curve,
@@ -75,7 +76,7 @@ fn check_all(path: &Path) {
             };
             let what = format!("{ordering:?} in memory, spilled: {}", scratch.is_some());
             check(
-                to_the_end(&params(threads), |begin, watch| {
+                to_the_end(&params(threads), has_pauses, |begin, watch| {
                     render_ordered(&whole, &params(threads), &order, begin, watch)
                 }),
                 &what,
@@ -90,9 +91,10 @@ fn check_all(path: &Path) {
                 hit_points: Some(&hit_points),
             };
             let world = paged_world(path, percent);
+            let has_pauses = percent == 25;
             let what = format!("{ordering:?}, {threads} threads, {percent} %");
             check(
-                to_the_end(&params(threads), |begin, watch| {
+                to_the_end(&params(threads), has_pauses, |begin, watch| {
                     render_ordered(&world, &params(threads), &order, begin, watch)
                 }),
                 &what,
@@ -105,9 +107,10 @@ fn check_all(path: &Path) {
         {
             let world = paged_world(path, percent);
             let paging = QueueParams { ray_bytes: 1 << 16, read_bytes, schedule };
+            let has_pauses = percent == 25;
             let what = format!("queues {paging:?}, {threads} threads, {percent} %");
             check(
-                to_the_end(&params(threads), |begin, watch| {
+                to_the_end(&params(threads), has_pauses, |begin, watch| {
                     render_queued(&world, &params(threads), &paging, begin, watch)
                 }),
                 &what,

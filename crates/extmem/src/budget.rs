@@ -36,6 +36,11 @@ impl MemoryBudget {
 }
 
 impl Reservation {
+    /// How much it is.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
     /// Takes `bytes` more of the same budget; false if less is left.
     pub fn grow(&mut self, bytes: u64) -> bool {
         match self.budget.take(bytes) {

@@ -15,8 +15,8 @@ impl Clock {
         self.pages.push(page);
     }
 
-    /// Takes out the next page for which `was_used` is false. Every page is asked at most twice; after the first time it
-    /// must say whether it was used since then.
+    /// Takes out the next page for which `was_used` is false, if there is one. Every page is asked at most twice; after the
+    /// first time it must say whether it was used since then.
     pub fn pop(&mut self, was_used: impl Fn(PageId) -> bool) -> Option<PageId> {
         for _ in 0..2 * self.pages.len() {
             if self.hand >= self.pages.len() {
@@ -27,8 +27,7 @@ impl Clock {
             }
             self.hand += 1;
         }
-        // All were used again meanwhile.
-        self.pages.pop()
+        None
     }
 }
 

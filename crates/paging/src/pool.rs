@@ -33,6 +33,7 @@ pub struct PagePool {
     clock: Mutex<Clock>,
     budget: MemoryBudget,
     most_bytes: u64,
+    given_away: Mutex<Vec<Reservation>>,
     blank: Vec<WideNode>,
     counters: Counters,
 }
@@ -83,6 +84,7 @@ impl PagePool {
                 clock: Mutex::default(),
                 budget: MemoryBudget::new(bytes),
                 most_bytes: bytes,
+                given_away: Mutex::default(),
                 blank: page::blank(),
                 counters: Counters::default(),
                 pack,
@@ -168,20 +170,21 @@ impl PagePool {
             let begin = self.entry(first).offset;
             let fits = |&id: &PageId| self.end(id) - begin <= MOST_READ_BYTES;
             let count = absent.iter().take_while(|id| fits(id)).count().max(1);
-            let left = absent.split_off(count);
-            if !self.read(&absent, buffer)? {
+            let read = self.read(&absent[..count], buffer)?;
+            if read == 0 {
                 return Ok(false);
             }
-            absent = left;
+            absent.drain(..read);
         }
         Ok(true)
     }
 
-    /// Reads pages in one go.
-    fn read(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
-        let (Some(&first), Some(&last)) = (pages.first(), pages.last()) else { return Ok(true) };
-        let frames: Option<Vec<Frame>> = pages.iter().map(|_| self.take_frame()).collect();
-        let Some(mut frames) = frames else { return Ok(false) };
+    /// Reads the first of `pages`, as many as there is memory for, in one go. Tells how many.
+    fn read(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<usize, OpenError> {
+        // As many as there are frames for; the others are read after them.
+        let mut frames: Vec<Frame> = pages.iter().map_while(|_| self.take_frame()).collect();
+        let pages = &pages[..frames.len()];
+        let (Some(&first), Some(&last)) = (pages.first(), pages.last()) else { return Ok(0) };
         let error = |source| OpenError { path: self.path.clone(), source };
         let begin = self.entry(first).offset;
         if let [frame] = &mut frames[..] {
@@ -200,7 +203,7 @@ impl PagePool {
         for (&id, frame) in pages.iter().zip(frames) {
             self.put(id, frame).map_err(error)?;
         }
-        Ok(true)
+        Ok(pages.len())
     }
 
     /// Checks the page in `frame` and lets others have it.
@@ -239,30 +242,38 @@ impl PagePool {
             if let Some(frame) = memory.and_then(|memory| Frame::new(bytes as usize, memory)) {
                 return Some(frame);
             }
-            // Of a page that somebody looks at, the memory comes back when the visit ends.
+            // If somebody began to look at it just now, its memory comes back when that ends.
             if let Ok(page) = Arc::try_unwrap(self.evict()?) {
                 return Some(page.into_frame());
             }
         }
     }
 
-    /// Takes `bytes` of the memory of the pool for something else; pages go for that. `None` where visits hold too many, or
-    /// that would be more than half of all.
-    pub fn take(&self, bytes: u64) -> Option<Reservation> {
-        if bytes > self.most_bytes / 2 {
-            return None;
+    /// Takes `bytes` of the memory of the pool for something else, for good; pages go for that. False where visits hold too
+    /// many, or that would be more than half of all.
+    pub fn give_away(&self, bytes: u64) -> bool {
+        let most = self.most_bytes / 2;
+        let mut given = self.given_away.lock().unwrap_or_else(PoisonError::into_inner);
+        if given.iter().map(Reservation::bytes).sum::<u64>() + bytes > most {
+            return false;
         }
         loop {
             if let Some(memory) = self.budget.take(bytes) {
-                return Some(memory);
+                given.push(memory);
+                return true;
             }
-            drop(self.evict()?);
+            if self.evict().is_none() {
+                return false;
+            }
         }
     }
 
     /// Takes the page out of the pool that is to go next, if there are any.
     fn evict(&self) -> Option<Arc<Page>> {
-        let was_used = |id: PageId| self.slots[id as usize].is_used.swap(false, Ordering::Relaxed);
+        // A page that somebody looks at is used, and would not give its memory back.
+        let is_seen = |id: PageId| self.slot(id).as_ref().is_some_and(|page| Arc::strong_count(page) > 1);
+        let was_used =
+            |id: PageId| self.slots[id as usize].is_used.swap(false, Ordering::Relaxed) || is_seen(id);
         let id = self.clock().pop(was_used)?;
         self.counters.evicted.fetch_add(1, Ordering::Relaxed);
         self.slot(id).take()

@@ -1,8 +1,10 @@
 //! Cameras, lights, samplers, integrators, film and image files.
 //!
-//! [`render`] makes a picture of a [`World`]; [`write_image`] puts it into a file. Rendering runs in waves:
-//! rays are generated, traced and shaded in separate steps over arrays, and every random number and every sum
-//! is independent of the order of rays, so the picture is bit-identical for any thread count and ordering.
+//! [`render`] makes a picture of a [`World`]; [`write_image`] puts it into a file. Rays are generated, traced and shaded
+//! in separate steps over arrays, and every random number and every sum is independent of the order of rays, so the
+//! picture is bit-identical for any thread count and ordering. [`render_tiles`] takes rays as they come,
+//! [`render_ordered`] sorts them, [`render_queued`] lets them wait for the pages of a [`PagedWorld`]; each goes on from an
+//! [`Unfinished`] picture.
 
 mod camera;
 mod color;
@@ -41,7 +43,7 @@ pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
 pub use ordered::{ORDERED_THREAD_BYTES, OrderParams, render_ordered};
 pub use paged::PagedWorld;
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
-pub use queued::{QUEUED_THREAD_BYTES, QueueParams, Schedule, render_queued};
+pub use queued::{QUEUED_PAGE_BYTES, QUEUED_THREAD_BYTES, QueueParams, Schedule, render_queued};
 pub use raystrips_reorder::{Curve, Ordering};
 pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, Watch, render, render_tiles};
 pub use sampler::sample;

@@ -9,7 +9,8 @@ use raystrips_tracer::{
     Buffered, Cursor, OpenError, PageId, PagePool, RayBuffer, VisitTracer, locate_in, page_of,
 };
 use std::collections::HashMap;
-use std::time::Duration;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// Rays that are traced with what is in memory before what they need is read.
 const BATCH_RAYS: usize = 4096;
@@ -23,6 +24,8 @@ const PATIENCE: Duration = Duration::from_micros(200);
 pub struct PagedWorld {
     pool: PagePool,
     emitters: Vec<Emitter>,
+    /// Nanoseconds, of all threads.
+    waited: AtomicU64,
 }
 
 /// Rays of a batch, by their numbers.
@@ -32,12 +35,17 @@ impl PagedWorld {
     /// Takes over `pool`.
     pub fn new(pool: PagePool) -> PagedWorld {
         let emitters = emitters(&pool.pack().emitters);
-        PagedWorld { pool, emitters }
+        PagedWorld { pool, emitters, waited: AtomicU64::new(0) }
     }
 
     /// The pages.
     pub fn pool(&self) -> &PagePool {
         &self.pool
+    }
+
+    /// How long threads waited for pages that rays of a batch needed, in sum.
+    pub fn waited(&self) -> Duration {
+        Duration::from_nanos(self.waited.load(Ordering::Relaxed))
     }
 
     /// Traces `rays`, which [`VisitTracer`] does with what is in memory, until `trace` set none aside.
@@ -81,9 +89,11 @@ impl PagedWorld {
 
     /// Brings a page.
     fn load(&self, page: PageId, buffer: &mut BlockBuffer) -> Result<(), OpenError> {
+        let begin = Instant::now();
         while !self.pool.load(page..page + 1, buffer)? {
             std::thread::sleep(PATIENCE);
         }
+        self.waited.fetch_add(begin.elapsed().as_nanos() as u64, Ordering::Relaxed);
         Ok(())
     }
 }
@@ -131,14 +141,18 @@ impl World for PagedWorld {
 
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
         let mut buffer = BlockBuffer::default();
+        let most_held = self.pool.capacity() / LOADED_PART;
+        let mut visit = self.pool.visit();
         for (hit, surface) in hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit()) {
+            if visit.len() > most_held {
+                visit = self.pool.visit();
+            }
             loop {
-                let visit = self.pool.visit();
                 if let Some(page) = visit.page(page_of(hit)) {
                     *surface = surface_of(&locate_in(&page, hit));
                     break;
                 }
-                drop(visit);
+                visit = self.pool.visit();
                 self.load(page_of(hit), &mut buffer)?;
             }
         }

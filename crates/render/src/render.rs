@@ -193,7 +193,7 @@ pub(crate) fn render_given_tiles(
     let context = WaveContext { world, params, camera: &camera, materials, shader };
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
-    let next_tile = AtomicU64::new(begin.next);
+    let next_tile = AtomicU64::new(begin.next.min(tiles.len() as u64));
     let end = AtomicU64::new(tiles.len() as u64);
     let output = Mutex::new(begin.output);
     let outcomes = pool.broadcast(|_| {

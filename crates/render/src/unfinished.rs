@@ -47,8 +47,8 @@ impl Unfinished {
     pub fn write(&self, key: u64, file: &mut impl Write) -> io::Result<()> {
         let mut file = Summed { file, sum: Fnv::default() };
         file.write_all(&MAGIC)?;
-        let RenderStats { primary, shadow, secondary, .. } = self.output.stats;
-        for number in [key, self.next, primary, shadow, secondary] {
+        let RenderStats { primary, shadow, secondary, seconds } = self.output.stats;
+        for number in [key, self.next, primary, shadow, secondary, seconds.total.to_bits()] {
             file.write_all(&number.to_le_bytes())?;
         }
         self.output.film.write_sums(&mut file)?;
@@ -66,13 +66,14 @@ impl Unfinished {
         let whole = || -> io::Result<bool> {
             let mut magic = [0; MAGIC.len()];
             file.read_exact(&mut magic)?;
-            let mut numbers = [0; 5];
+            let mut numbers = [0; 6];
             for number in &mut numbers {
                 *number = read_u64(&mut file)?;
             }
             let stats = &mut unfinished.output.stats;
-            let found_key;
-            [found_key, unfinished.next, stats.primary, stats.shadow, stats.secondary] = numbers;
+            let (found_key, seconds);
+            [found_key, unfinished.next, stats.primary, stats.shadow, stats.secondary, seconds] = numbers;
+            stats.seconds.total = f64::from_bits(seconds);
             if magic != MAGIC || found_key != key {
                 return Ok(false);
             }

@@ -48,7 +48,7 @@ impl Tile {
 /// A path on its way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Path {
-    /// Pixel of the tile's film.
+    /// Pixel of the film of the tile, or of the picture.
     pub pixel: u32,
     pub sampler: PathSampler,
     /// Share of the light found next that reaches the pixel.

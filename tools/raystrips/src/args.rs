@@ -157,7 +157,7 @@ pub enum CurveName {
 pub enum ReorderName {
     /// None where the pack fits in memory, else queues.
     Auto,
-    /// As they come. A pack that does not fit in memory is mapped.
+    /// As they come. Of a pack that does not fit in memory, pages are read when rays need them.
     None,
     /// Rays wait for pages of the pack, as many of which are in memory as --memory allows.
     Queues,

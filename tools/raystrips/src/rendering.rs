@@ -5,7 +5,7 @@ use crate::camera;
 use crate::files::extension;
 use crate::residency::{self, Asked, Residency};
 use crate::unfinished::{Keeping, Numbering};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use raystrips_pack::Manifest;
 use raystrips_render::{
     Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
@@ -57,6 +57,10 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
         aovs: has_aovs(args),
         threads: threads as u64,
     };
+    let scratch = args.convert.source.scratch.as_deref();
+    if let Some(missing) = scratch.filter(|folder| ordering(args.reorder).is_some() && !folder.is_dir()) {
+        bail!("{}: no such folder for scratch files", missing.display());
+    }
     match residency::of(path, &asked)? {
         Residency::Whole { ray_bytes } => {
             let world = TracedWorld::new(Scene::open(path)?);
@@ -71,7 +75,8 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
                 Some((ordering, _)) => {
                     let geometries = world.scene().geometry_bounds();
                     let hit_points = hit_points(path, ordering, geometries, &world)?;
-                    let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
+                    let buffer_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(ray_bytes);
+                    let order = order_params(args, ordering, buffer_bytes, hit_points.as_ref());
                     let order = OrderParams { scratch: None, ..order };
                     let kept = (world.scene().pack(), Numbering::Batches);
                     keeping.to_the_end(&params, kept, |begin, watch| {
@@ -86,13 +91,13 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             let Some((ordering, name)) = ordering(args.reorder) else {
                 return queued(path, args, (page_bytes, ray_bytes), keeping);
             };
-            let ray_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2);
-            let world = PagedWorld::new(PagePool::open(path, page_bytes - ray_bytes)?);
+            let buffer_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2);
+            let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes)?);
             let pack = world.pool().pack();
             let params = params(args, &pack.manifest)?;
             let hit_points = hit_points(path, ordering, &pack.geometry_bounds, &world)?;
-            let order = order_params(args, ordering, ray_bytes, hit_points.as_ref());
-            let output = match ordering {
+            let order = order_params(args, ordering, buffer_bytes, hit_points.as_ref());
+            let mut output = match ordering {
                 Ordering::None => keeping.to_the_end(&params, (pack, Numbering::Tiles), |begin, watch| {
                     render_tiles(&world, &params, begin, watch)
                 })?,
@@ -100,6 +105,10 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
                     render_ordered(&world, &params, &order, begin, watch)
                 })?,
             };
+            // It was waited for within the tracing of rays.
+            let waited = world.waited().as_secs_f64();
+            output.stats.seconds.wait += waited;
+            output.stats.seconds.trace -= waited;
             Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
         }
     }
@@ -146,7 +155,7 @@ fn ordering(reorder: ReorderName) -> Option<(Ordering, &'static str)> {
 fn order_params<'a>(
     args: &'a RenderArgs,
     ordering: Ordering,
-    ray_bytes: u64,
+    buffer_bytes: u64,
     hit_points: Option<&'a HitPoints>,
 ) -> OrderParams<'a> {
     let beside_output = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -156,7 +165,7 @@ fn order_params<'a>(
             CurveName::Z => Curve::Z,
             CurveName::Hilbert => Curve::Hilbert,
         },
-        buffer_bytes: args.ray_buffer.unwrap_or(ray_bytes),
+        buffer_bytes,
         scratch: Some(
             args.convert.source.scratch.as_deref().or(beside_output).unwrap_or_else(|| Path::new(".")),
         ),

@@ -5,7 +5,9 @@ use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
 use raystrips_pack::Pack;
-use raystrips_render::{Film, ORDERED_THREAD_BYTES, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES};
+use raystrips_render::{
+    Film, ORDERED_THREAD_BYTES, QUEUED_PAGE_BYTES, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES,
+};
 use raystrips_tracer::PagePool;
 use std::fs::File;
 use std::path::Path;
@@ -26,7 +28,7 @@ const LEAST_RAY_BYTES: u64 = 8 << 20;
 /// Where the pages of a pack are while it is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Residency {
-    /// All in memory, or mapped.
+    /// All in memory.
     Whole { ray_bytes: u64 },
     /// Some in memory.
     Paged { page_bytes: u64, ray_bytes: u64 },
@@ -52,7 +54,8 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let pack = pack.with_context(|| path.display().to_string())?;
     let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs);
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
-    let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes;
+    let rays = if matches!(reorder, ReorderName::None | ReorderName::Auto) { 0 } else { LEAST_RAY_BYTES };
+    let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes + rays;
     let for_rays = |bytes: u64| ((bytes as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
     let is_whole = match reorder {
         ReorderName::Queues | ReorderName::Chunks => false,
@@ -61,11 +64,14 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     if is_whole {
         return Ok(Residency::Whole { ray_bytes: for_rays(given.saturating_sub(whole)) });
     }
-    let thread_bytes = match reorder {
-        ReorderName::Auto | ReorderName::Queues | ReorderName::Chunks => QUEUED_THREAD_BYTES,
-        _ => ORDERED_THREAD_BYTES,
+    let pages = pack.directory.len() as u64;
+    let for_order = match reorder {
+        ReorderName::Auto | ReorderName::Queues | ReorderName::Chunks => {
+            threads * QUEUED_THREAD_BYTES + pages * QUEUED_PAGE_BYTES
+        }
+        _ => threads * ORDERED_THREAD_BYTES,
     };
-    let taken = taken + threads * thread_bytes + PagePool::resident_bytes(&pack);
+    let taken = taken + for_order + PagePool::resident_bytes(&pack);
     // The pages are gone when the picture is written.
     let least_shared =
         (LEAST_PAGES * PagePool::frame_bytes(&pack) + LEAST_RAY_BYTES).max(pixels * WRITTEN_PIXEL_BYTES);

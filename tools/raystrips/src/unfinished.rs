@@ -10,6 +10,7 @@ use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// How the work of a picture is numbered: only what is numbered alike can be gone on with.
@@ -23,6 +24,8 @@ pub enum Numbering {
 pub struct Keeping<'a> {
     file: PathBuf,
     every: Duration,
+    /// What is in the file is of this picture.
+    is_kept: AtomicBool,
     progress: &'a (dyn Fn(RenderProgress) + Sync),
 }
 
@@ -36,7 +39,7 @@ impl<'a> Keeping<'a> {
     ) -> Result<Keeping<'a>> {
         let mut name = OsString::from(output);
         name.push(".unfinished");
-        let keeping = Keeping { file: name.into(), every, progress };
+        let keeping = Keeping { file: name.into(), every, is_kept: AtomicBool::new(false), progress };
         if restart {
             keeping.remove()?;
         }
@@ -61,6 +64,7 @@ impl<'a> Keeping<'a> {
                 return Ok(unfinished.into_output());
             }
             write_through(&self.file, |out| unfinished.write(key, &mut { out }))?;
+            self.is_kept.store(true, Ordering::Relaxed);
             if interrupt::happened() {
                 eprintln!("raystrips: {}: the same command goes on from here", self.file.display());
                 interrupt::exit();
@@ -85,6 +89,7 @@ impl<'a> Keeping<'a> {
         };
         let read = file.and_then(|file| Unfinished::read(params, key, &mut BufReader::new(file)));
         let unfinished = read.with_context(|| self.file.display().to_string())?;
+        self.is_kept.store(unfinished.is_some(), Ordering::Relaxed);
         let file = self.file.display();
         match unfinished {
             Some(_) => eprintln!("raystrips: going on from {file}"),
@@ -98,7 +103,7 @@ impl<'a> Keeping<'a> {
     /// Says where what was done is, if it was kept before the error.
     fn with_what_is_kept(&self, error: RenderError) -> anyhow::Error {
         let error = anyhow::Error::from(error);
-        match self.file.exists() {
+        match self.is_kept.load(Ordering::Relaxed) {
             true => anyhow!(
                 "{error}; what was done is in {}, and the same command goes on from there",
                 self.file.display()
@@ -117,5 +122,7 @@ fn key(params: &RenderParams, pack: &Pack, numbering: Numbering) -> u64 {
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     pack.file_bytes.hash(&mut hasher);
     pack.directory.iter().for_each(|page| page.checksum.hash(&mut hasher));
+    // Materials, lights and cameras.
+    format!("{:?}", pack.manifest).hash(&mut hasher);
     hasher.finish()
 }

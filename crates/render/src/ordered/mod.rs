@@ -74,7 +74,7 @@ pub fn render_ordered(
             watch,
         };
         let starts_at_a_time = match order.scratch {
-            Some(_) => u64::MAX,
+            Some(_) => MOST_PATHS,
             None => order.buffer_bytes / (STORES * RAYS_A_PATH * RayStore::<Waiting>::RAY_BYTES) as u64,
         };
         job.run(begin.next, starts_at_a_time)
@@ -83,6 +83,9 @@ pub fn render_ordered(
 
 /// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays.
 pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
+
+/// Most paths whose generations are traced one after the other; a pause has to wait for them.
+const MOST_PATHS: u64 = 1 << 24;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
@@ -122,8 +125,8 @@ impl Job<'_> {
     fn run(self, first: u64, most: u64) -> Result<Unfinished, RenderError> {
         let begin = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
-        let (next_start, count) = (AtomicU64::new(first), self.starts.count());
-        let batches_at_a_time = most.div_ceil(Starts::BATCH);
+        let (next_start, count) = (AtomicU64::new(first.min(self.starts.count())), self.starts.count());
+        let batches_at_a_time = (most / Starts::BATCH).max(1);
         let mut is_due = false;
         while next_start.load(atomic::Ordering::Relaxed) < count && !is_due {
             let end = next_start.load(atomic::Ordering::Relaxed).saturating_add(batches_at_a_time);

@@ -20,24 +20,27 @@ use crate::{
 use ray_memory::RayMemory;
 use raystrips_extmem::BlockBuffer;
 use raystrips_reorder::{Limits, PageQueues};
-use raystrips_tracer::{OpenError, Runs};
+use raystrips_tracer::{OpenError, PagePool, Runs};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use waiting::{RAY_BYTES, Waiting};
 use worker::Worker;
 
-/// Part of the pages in memory that the visits of all threads may hold.
-const HELD_PART: f64 = 0.25;
+/// The visits of all threads, and reads ahead of them, may hold one in so many of the pages in memory.
+const HELD_PARTS: u64 = 4;
 /// Most reads under way: a disk works on several at a time.
 const MOST_READERS: u64 = 8;
 /// Memory for what they read.
 const READ_BUFFER_BYTES: u64 = 2 << 20;
 /// Runs of pages that are read or have come while no thread goes on with their rays.
-const READ_AHEAD: usize = 64;
+const READ_AHEAD: u64 = 64;
 /// Queues are served together up to so many rays, so that each step of the tracer has many.
 const SERVE_RAYS: usize = 16384;
 /// How long a reader waits for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
+
+/// Bytes that [`render_queued`] takes for each page of the pack, at about.
+pub const QUEUED_PAGE_BYTES: u64 = size_of::<Waiting>() as u64 + 32;
 
 /// Bytes that each thread of [`render_queued`] takes beside pages and waiting rays.
 pub const QUEUED_THREAD_BYTES: u64 = 8 << 20;
@@ -79,10 +82,13 @@ pub fn render_queued(
     let setting =
         Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
     setting.run(params, |shader, materials| {
+        let frame_bytes = PagePool::frame_bytes(world.pool().pack());
+        let pages_a_read = (paging.read_bytes / frame_bytes).max(1);
         let limits = Limits {
             start: paging.ray_bytes as usize / RAY_BYTES,
             serve: SERVE_RAYS,
-            read_ahead: READ_AHEAD,
+            read_ahead: (world.pool().capacity() as u64 / HELD_PARTS / pages_a_read).clamp(1, READ_AHEAD)
+                as usize,
         };
         let runs = Runs::new(&world.pool().pack().directory, paging.read_bytes);
         let starts = Starts::new(params);
@@ -92,7 +98,7 @@ pub fn render_queued(
             shader,
             materials,
             camera: camera_rays(params, world.description(), &world.bounds())?,
-            queues: PageQueues::new(runs.len(), begin.next..starts.count(), limits),
+            queues: PageQueues::new(runs.len(), begin.next.min(starts.count())..starts.count(), limits),
             runs,
             ray_memory: RayMemory::default(),
             starts,
@@ -105,6 +111,17 @@ pub fn render_queued(
         };
         job.run()
     })
+}
+
+/// Ends the work of all threads when one panics: they would wait for it.
+struct EndOnPanic<'a>(&'a PageQueues<Waiting>);
+
+impl Drop for EndOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.stop();
+        }
+    }
 }
 
 /// What all threads share.
@@ -131,11 +148,14 @@ impl Job<'_> {
     fn run(mut self) -> Result<Unfinished, RenderError> {
         let begin = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.params.threads).build()?;
-        let held = self.world.pool().capacity() as f64 * HELD_PART;
-        self.most_held = (held as usize / pool.current_num_threads()).max(1);
+        let held = self.world.pool().capacity() / HELD_PARTS as usize;
+        self.most_held = (held / pool.current_num_threads()).max(1);
         std::thread::scope(|scope| {
             (0..self.readers).for_each(|_| drop(scope.spawn(|| self.read_pages())));
-            pool.broadcast(|_| Worker::new(&self).run());
+            pool.broadcast(|_| {
+                let _end = EndOnPanic(&self.queues);
+                Worker::new(&self).run();
+            });
         });
         if let Some(error) = self.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error.into());
@@ -158,6 +178,7 @@ impl Job<'_> {
 
     /// Reads pages until all is done.
     fn read_pages(&self) {
+        let _end = EndOnPanic(&self.queues);
         let mut buffer = BlockBuffer::default();
         while let Some(run) = self.next_read() {
             match self.world.pool().load(self.runs.pages(run), &mut buffer) {

@@ -23,6 +23,8 @@ use std::time::Instant;
 const VISIT_RAYS: usize = 32768;
 /// Rays between looks at how many pages a visit holds.
 const STEP_RAYS: usize = 2048;
+/// Memory that a worker keeps for the next work.
+const KEPT_BYTES: usize = 2 << 20;
 /// A packet of camera rays is traced together this many times at most; absent pages end that.
 const MOST_ATTEMPTS: u32 = 4;
 /// Most empty parcels that a worker keeps, and the most memory of each.
@@ -140,6 +142,9 @@ impl<'a> Worker<'a> {
             }
         }
         (self.closest_cursor, self.shadow_cursor) = Default::default();
+        if self.next.bytes() + self.next_shadow.bytes() > KEPT_BYTES {
+            (self.next, self.next_shadow) = Default::default();
+        }
     }
 
     /// Puts what is left of the work into queues.

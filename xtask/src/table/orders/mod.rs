@@ -236,8 +236,6 @@ impl Setting {
         println!("| order | threads | Mrays/s | {COUNT_HEADS} |\n|---|---:|---:|{COUNT_LINE}|");
         for order in ["hph", "chunks", "queues"] {
             for threads in [1, 2, 4] {
-                // The last of an option counts.
-                let threads_text = threads.to_string();
                 let limited = Limited {
                     threads,
                     raystrips: self.limited.raystrips.clone(),
@@ -245,11 +243,7 @@ impl Setting {
                     ..self.limited
                 };
                 let measured = limited.render(pack, &["--reorder", order], (Some(memory), self.disk))?;
-                println!(
-                    "| {order} | {threads_text} | {:.4} | {} |",
-                    measured.rate(),
-                    counts(&measured, threads)
-                );
+                println!("| {order} | {threads} | {:.4} | {} |", measured.rate(), counts(&measured, threads));
             }
         }
         Ok(())
