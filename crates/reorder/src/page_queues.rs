@@ -161,18 +161,23 @@ impl<P: Parcel> PageQueues<P> {
         work
     }
 
-    /// Ends a work that began with so much, of which these rays are left, by the page that they wait for; they are taken out
-    /// of their parcels.
-    pub fn finish<'a>(&self, served: Amount, left: impl Iterator<Item = (u32, &'a mut P)>)
+    /// Takes rays over, by the page that they wait for, out of their parcels.
+    pub fn put<'a>(&self, rays: impl Iterator<Item = (u32, &'a mut P)>)
     where
         P: 'a,
     {
         let mut state = self.lock();
-        state.at_work -= 1;
-        state.total -= served;
-        for (page, rays) in left {
+        for (page, rays) in rays {
             state.add(page, rays);
         }
+        self.wake_one_each(&state);
+    }
+
+    /// Ends a work that began with so much. What is left of it was [put](PageQueues::put) back.
+    pub fn finish(&self, served: Amount) {
+        let mut state = self.lock();
+        state.at_work -= 1;
+        state.total -= served;
         self.wake_one_each(&state);
     }
 
@@ -361,7 +366,8 @@ mod tests {
     fn finish(queues: &PageQueues<Vec<u8>>, served: usize, left: &[(u32, &[u8])]) {
         let mut left: Vec<(u32, Vec<u8>)> = left.iter().map(|(page, rays)| (*page, rays.to_vec())).collect();
         let served = Amount { rays: served, bytes: 2 * served };
-        queues.finish(served, left.iter_mut().map(|(page, rays)| (*page, rays)));
+        queues.put(left.iter_mut().map(|(page, rays)| (*page, rays)));
+        queues.finish(served);
         assert!(left.iter().all(|(_, rays)| rays.is_empty()));
     }
 

@@ -121,6 +121,9 @@ fn queued(
     (page_bytes, ray_bytes): (u64, u64),
     keeping: &Keeping,
 ) -> Result<Rendered> {
+    // The many rays of a chunk are served together, which takes memory of its own.
+    let part = |bytes: u64| if args.reorder == ReorderName::Chunks { bytes / 4 * 3 } else { bytes };
+    let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
     let world = PagedWorld::new(PagePool::open(path, page_bytes)?);
     let params = params(args, &world.pool().pack().manifest)?;
     let (paging, name) = match args.reorder {

@@ -23,6 +23,9 @@ use std::time::Instant;
 const VISIT_RAYS: usize = 32768;
 /// Rays between looks at how many pages a visit holds.
 const STEP_RAYS: usize = 2048;
+/// Rays that shading may ask for before they are traced, and rays that are set aside before they are put into queues.
+const MOST_NEXT: usize = 1 << 14;
+const MOST_ASIDE: usize = 1 << 15;
 /// Memory that a worker keeps for the next work.
 const KEPT_BYTES: usize = 2 << 20;
 /// A packet of camera rays is traced together this many times at most; absent pages end that.
@@ -36,10 +39,9 @@ const MOST_DEPOSITS: usize = 1 << 14;
 /// A thread that traces and shades.
 pub(super) struct Worker<'a> {
     job: &'a Job<'a>,
-    closest: RayBuffer<WaitingPath>,
-    closest_cursor: Cursor,
-    shadow: RayBuffer<PendingLight>,
-    shadow_cursor: Cursor,
+    current: Rays,
+    /// Those that wait for what came of them to be done.
+    suspended: Vec<Rays>,
     answers: Vec<Answer>,
     packets: Vec<CameraPacket>,
     /// Those of a packet.
@@ -56,21 +58,45 @@ pub(super) struct Worker<'a> {
     stats: RenderStats,
 }
 
+/// Rays that are traced, and how far that has come.
+#[derive(Default)]
+struct Rays {
+    closest: RayBuffer<WaitingPath>,
+    closest_cursor: Cursor,
+    shadow: RayBuffer<PendingLight>,
+    shadow_cursor: Cursor,
+}
+
+impl Rays {
+    fn new(closest: RayBuffer<WaitingPath>, shadow: RayBuffer<PendingLight>) -> Rays {
+        Rays { closest, shadow, ..Rays::default() }
+    }
+
+    /// How many are left.
+    fn left(&self) -> usize {
+        self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor)
+    }
+}
+
 /// Rays that cannot go on, by the page that they need.
 #[derive(Default)]
 struct SetAside {
     parcels: HashMap<PageId, Waiting>,
+    count: usize,
     /// Empty parcels, which have their memory still.
     spare: Vec<Waiting>,
 }
 
 impl SetAside {
+    /// Where the next ray for a page goes.
     fn of(&mut self, page: PageId) -> &mut Waiting {
+        self.count += 1;
         self.parcels.entry(page).or_insert_with(|| self.spare.pop().unwrap_or_default())
     }
 
     /// Keeps the memory of the parcels, whose rays were taken.
     fn empty(&mut self) {
+        self.count = 0;
         let small = self.parcels.drain().map(|(_, parcel)| parcel).filter(|p| p.bytes() < SPARE_BYTES);
         self.spare.extend(small);
         self.spare.truncate(MOST_SPARE);
@@ -81,10 +107,8 @@ impl<'a> Worker<'a> {
     pub fn new(job: &'a Job<'a>) -> Worker<'a> {
         Worker {
             job,
-            closest: RayBuffer::default(),
-            closest_cursor: Cursor::default(),
-            shadow: RayBuffer::default(),
-            shadow_cursor: Cursor::default(),
+            current: Rays::default(),
+            suspended: Vec::new(),
             answers: Vec::new(),
             packets: Vec::new(),
             rays: Vec::new(),
@@ -138,20 +162,26 @@ impl<'a> Worker<'a> {
             Work::Serve(waiting) => {
                 self.served = Amount::of(&waiting);
                 let Waiting { closest, shadow, hits, packets } = waiting;
-                (self.closest, self.shadow, self.answers, self.packets) = (closest, shadow, hits, packets);
+                self.current = Rays::new(closest, shadow);
+                (self.answers, self.packets) = (hits, packets);
             }
         }
-        (self.closest_cursor, self.shadow_cursor) = Default::default();
         if self.next.bytes() + self.next_shadow.bytes() > KEPT_BYTES {
             (self.next, self.next_shadow) = Default::default();
         }
     }
 
-    /// Puts what is left of the work into queues.
+    /// Ends the work.
     fn finish(&mut self) {
+        self.put_set_aside();
+        self.job.queues.finish(self.served);
+    }
+
+    /// Puts what cannot go on into queues.
+    fn put_set_aside(&mut self) {
         let Job { queues, runs, ray_memory, world, .. } = self.job;
         let left = &mut self.set_aside.parcels;
-        queues.finish(self.served, left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
+        queues.put(left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
         self.set_aside.empty();
         ray_memory.follow(queues.bytes(), world.pool());
     }
@@ -162,8 +192,7 @@ impl<'a> Worker<'a> {
         if (watch.is_due)() {
             queues.close();
         }
-        self.closest.clear();
-        self.shadow.clear();
+        self.current = Rays::default();
         self.packets.extend(starts.packets(batch));
         for ([x, y], _) in self.packets.iter().flat_map(|&packet| starts.of_packet(packet)) {
             self.deposits.begin_sample(y * params.width + x);
@@ -209,15 +238,18 @@ impl<'a> Worker<'a> {
 
     /// Traces some of the rays, about `most` of each kind, and shades what they find. Tells how many they were.
     fn step<'v>(&mut self, visit: &'v Visit<'v>, tracer: &mut VisitTracer<'v>, most: usize) -> usize {
-        if self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor) == 0 {
-            self.take_next();
+        if self.current.left() == 0 || self.next.len() + self.next_shadow.len() > MOST_NEXT {
+            self.turn_to_next();
         }
-        let before = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
+        if self.set_aside.count > MOST_ASIDE {
+            self.put_set_aside();
+        }
+        let before = self.current.left();
         let begin = Instant::now();
-        let Worker { set_aside, deposits, answers, .. } = self;
+        let Worker { set_aside, deposits, answers, current, .. } = self;
         tracer.occluded(Buffered {
-            rays: &self.shadow,
-            cursor: &mut self.shadow_cursor,
+            rays: &current.shadow,
+            cursor: &mut current.shadow_cursor,
             most,
             done: &mut |light, _, hit| {
                 if !hit.is_hit() {
@@ -227,26 +259,36 @@ impl<'a> Worker<'a> {
             aside: &mut |page, put| put(&mut set_aside.of(page).shadow),
         });
         tracer.intersect(Buffered {
-            rays: &self.closest,
-            cursor: &mut self.closest_cursor,
+            rays: &current.closest,
+            cursor: &mut current.closest_cursor,
             most,
             done: &mut |path, ray, hit| answers.push(Answer { path, ray, hit }),
             aside: &mut |page, put| put(&mut set_aside.of(page).closest),
         });
         self.stats.seconds.trace += begin.elapsed().as_secs_f64();
-        let after = self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor);
+        let after = self.current.left();
         self.trace_packets(tracer, most);
-        let answered = self.answers.len();
+        let answered = self.answers.len().min(MOST_NEXT);
         self.shade(visit);
         before - after + answered
     }
 
-    fn take_next(&mut self) {
-        std::mem::swap(&mut self.closest, &mut self.next);
-        std::mem::swap(&mut self.shadow, &mut self.next_shadow);
-        self.next.clear();
-        self.next_shadow.clear();
-        (self.closest_cursor, self.shadow_cursor) = Default::default();
+    /// Goes on with what shading asked for, before what is left: so that it does not become more than a few thousand rays.
+    fn turn_to_next(&mut self) {
+        if self.next.is_empty() && self.next_shadow.is_empty() {
+            self.current = self.suspended.pop().unwrap_or_default();
+            return;
+        }
+        let (next, next_shadow) = (std::mem::take(&mut self.next), std::mem::take(&mut self.next_shadow));
+        let before = std::mem::replace(&mut self.current, Rays::new(next, next_shadow));
+        if before.left() > 0 {
+            self.suspended.push(before);
+        } else {
+            // Their memory serves once more.
+            (self.next, self.next_shadow) = (before.closest, before.shadow);
+            self.next.clear();
+            self.next_shadow.clear();
+        }
     }
 
     /// Shades the answers whose surfaces are in memory.
@@ -257,7 +299,8 @@ impl<'a> Worker<'a> {
         let mut shadow = |ray, light| next_shadow.push(ray, light);
         let mut out = ShadeOutput { deposits, shadow: &mut shadow };
         let RenderParams { width, seed, .. } = *self.job.params;
-        for answer in self.answers.drain(..) {
+        let first = self.answers.len().saturating_sub(MOST_NEXT);
+        for answer in self.answers.drain(first..) {
             let Answer { path, ray, hit } = &answer;
             let surface = if hit.is_hit() {
                 let Some(page) = visit.page(page_of(hit)) else {
@@ -286,7 +329,9 @@ impl<'a> Worker<'a> {
 
     /// True if nothing is left to be traced here.
     fn is_done(&self) -> bool {
-        self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor) == 0
+        self.current.left() == 0
+            && self.suspended.is_empty()
+            && self.answers.is_empty()
             && self.next.is_empty()
             && self.next_shadow.is_empty()
             && self.packets.is_empty()
