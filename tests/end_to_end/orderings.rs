@@ -9,15 +9,6 @@ use raystrips_render::{
 use raystrips_tracer::{PagePool, ProxyKind, Scene};
 use std::path::Path;
 
-const ORDERINGS: [Ordering; 6] = [
-    Ordering::None,
-    Ordering::Origin,
-    Ordering::OriginDir,
-    Ordering::Hph,
-    Ordering::HphDir,
-    Ordering::HphOrigin,
-];
-
 /// Parts of the pages in memory, in percent.
 const BUDGETS: [u64; 3] = [100, 25, 6];
 
@@ -62,19 +53,20 @@ fn check_all(path: &Path) {
     };
     let hit_points = hit_points(path, &whole);
     let scratch = tempfile::tempdir().unwrap();
-    for (i, ordering) in ORDERINGS.into_iter().enumerate() {
+    for (i, ordering) in Ordering::ALL.into_iter().enumerate() {
         let threads = 1 + i % 2;
         let curve = if i < 3 { Curve::Z } else { Curve::Hilbert };
+        let order = |buffer_bytes, scratch| OrderParams {
+            ordering,
+            curve,
+            buffer_bytes,
+            scratch,
+            hit_points: Some(&hit_points),
+        };
         // Of whole generations, with little memory, and of few paths at a time.
         for (scratch, has_pauses) in [(Some(scratch.path()), false), (None, false), (None, true)] {
-            let order = OrderParams {
-                ordering,
-                curve,
-                buffer_bytes: 1 << 20,
-                scratch,
-                hit_points: Some(&hit_points),
-            };
-            let what = format!("{ordering:?} in memory, spilled: {}", scratch.is_some());
+            let order = order(1 << 20, scratch);
+            let what = format!("{ordering:?} in memory, scratch {scratch:?}, pauses {has_pauses}");
             check(
                 to_the_end(&params(threads), has_pauses, |begin, watch| {
                     render_ordered(&whole, &params(threads), &order, begin, watch)
@@ -83,13 +75,7 @@ fn check_all(path: &Path) {
             );
         }
         for (threads, percent) in [1, 2].into_iter().flat_map(|t| BUDGETS.map(|percent| (t, percent))) {
-            let order = OrderParams {
-                ordering,
-                curve,
-                buffer_bytes: 1 << 18,
-                scratch: Some(scratch.path()),
-                hit_points: Some(&hit_points),
-            };
+            let order = order(1 << 18, Some(scratch.path()));
             let world = paged_world(path, percent);
             let has_pauses = percent == 25;
             let what = format!("{ordering:?}, {threads} threads, {percent} %");

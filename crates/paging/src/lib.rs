@@ -7,6 +7,7 @@
 
 mod clock;
 mod file_bytes;
+mod frames;
 mod page;
 mod parents;
 mod pool;

@@ -1,30 +1,8 @@
-//! A page in memory, and the frame that it is in.
+//! A page in memory.
 
-use memmap2::MmapMut;
-use raystrips_extmem::Reservation;
+use crate::frames::Frame;
 use raystrips_pack::layout::PageHeader;
 use raystrips_pack::{PageView, WideNode};
-
-/// Memory for one page after the other: all frames have the same size, so that each fits any page and nothing is
-/// allocated when pages come and go. It is mapped, so that the system gets it back when it is used for something else:
-/// an allocator would keep it for the thread that asked for it.
-pub(crate) struct Frame {
-    bytes: MmapMut,
-    /// Its share of a budget.
-    _memory: Reservation,
-}
-
-impl Frame {
-    /// `None` where the system has no memory to map.
-    pub fn new(bytes: usize, memory: Reservation) -> Option<Frame> {
-        Some(Frame { bytes: MmapMut::map_anon(bytes).ok()?, _memory: memory })
-    }
-
-    /// Its bytes, which begin at a page of the system's.
-    pub fn bytes_mut(&mut self) -> &mut [u8] {
-        &mut self.bytes
-    }
-}
 
 /// A page in memory that was checked.
 pub(crate) struct Page {
@@ -45,7 +23,7 @@ impl Page {
 
     #[inline]
     pub fn view(&self) -> PageView<'_> {
-        PageView::new(&self.frame.bytes[..self.len]).expect("pages are checked when they come")
+        PageView::new(&self.frame.bytes()[..self.len]).expect("pages are checked when they come")
     }
 }
 

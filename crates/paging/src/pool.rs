@@ -6,11 +6,12 @@
 
 use crate::OpenError;
 use crate::clock::Clock;
-use crate::page::{self, Frame, Page};
+use crate::frames::{Frame, Frames};
+use crate::page::{self, Page};
 use crate::parents::Parents;
 use crate::probe;
 use crate::visit::Visit;
-use raystrips_extmem::{BlockBuffer, BlockFile, MemoryBudget, Reservation, spare_memory};
+use raystrips_extmem::{BlockBuffer, BlockFile, Reservation, spare_memory};
 use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
 use std::fs::File;
 use std::ops::Range;
@@ -31,11 +32,16 @@ pub struct PagePool {
     slots: Vec<Slot>,
     parents: Parents,
     clock: Mutex<Clock>,
-    budget: MemoryBudget,
+    frames: Frames,
     most_bytes: u64,
     given_away: Mutex<Vec<Reservation>>,
     blank: Vec<WideNode>,
     counters: Counters,
+}
+
+/// Bytes of memory that a page takes.
+fn frame_bytes(entry: &PageEntry) -> u64 {
+    u64::from(entry.bytes.max(1)).next_multiple_of(FRAME_UNIT)
 }
 
 /// Where a page is when it is in memory.
@@ -82,7 +88,7 @@ impl PagePool {
                 path: path.to_owned(),
                 file: BlockFile::open(path, is_large)?,
                 clock: Mutex::default(),
-                budget: MemoryBudget::new(bytes),
+                frames: Frames::new(bytes),
                 most_bytes: bytes,
                 given_away: Mutex::default(),
                 blank: page::blank(),
@@ -109,13 +115,12 @@ impl PagePool {
         pack.resident_bytes() + Parents::bytes(pack) + (pack.directory.len() * size_of::<Slot>()) as u64
     }
 
-    /// Bytes that a page takes in the pool: as many as the largest.
+    /// Bytes that the largest page takes in the pool.
     pub fn frame_bytes(pack: &Pack) -> u64 {
-        let largest = pack.directory.iter().map(|page| u64::from(page.bytes)).max();
-        largest.unwrap_or(1).next_multiple_of(FRAME_UNIT)
+        pack.directory.iter().map(frame_bytes).max().unwrap_or(FRAME_UNIT)
     }
 
-    /// Pages that fit in memory.
+    /// Pages that surely fit in memory.
     pub fn capacity(&self) -> usize {
         (self.most_bytes / PagePool::frame_bytes(&self.pack)) as usize
     }
@@ -182,16 +187,15 @@ impl PagePool {
     /// Reads the first of `pages`, as many as there is memory for, in one go. Tells how many.
     fn read(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<usize, OpenError> {
         // As many as there are frames for; the others are read after them.
-        let mut frames: Vec<Frame> = pages.iter().map_while(|_| self.take_frame()).collect();
+        let mut frames: Vec<Frame> = pages.iter().map_while(|&id| self.take_frame(id)).collect();
         let pages = &pages[..frames.len()];
         let (Some(&first), Some(&last)) = (pages.first(), pages.last()) else { return Ok(0) };
         let error = |source| OpenError { path: self.path.clone(), source };
         let begin = self.entry(first).offset;
         if let [frame] = &mut frames[..] {
-            let (bytes, wanted) = (frame.bytes_mut(), self.entry(first).bytes as usize);
             // What was read of other pages is no more than the padding behind this one.
-            let blocks = wanted.next_multiple_of(FRAME_UNIT as usize);
-            self.file.fill(&mut bytes[..blocks], begin, wanted).map_err(|e| error(e.into()))?;
+            let wanted = self.entry(first).bytes as usize;
+            self.file.fill(frame.bytes_mut(), begin, wanted).map_err(|e| error(e.into()))?;
         } else {
             let bytes = self.file.read(begin..self.end(last), buffer).map_err(|e| error(e.into()))?;
             for (&id, frame) in pages.iter().zip(&mut frames) {
@@ -234,17 +238,15 @@ impl PagePool {
         Ok(())
     }
 
-    /// A frame, that of another page if there is no memory for one more; `None` where visits hold too many.
-    fn take_frame(&self) -> Option<Frame> {
-        let bytes = PagePool::frame_bytes(&self.pack);
+    /// A frame for a page; others go if there is no memory for one more. `None` where visits hold too many.
+    fn take_frame(&self, id: PageId) -> Option<Frame> {
+        let bytes = frame_bytes(self.entry(id));
         loop {
-            let memory = self.budget.take(bytes);
-            if let Some(frame) = memory.and_then(|memory| Frame::new(bytes as usize, memory)) {
+            if let Some(frame) = self.frames.take(bytes) {
                 return Some(frame);
             }
-            // If somebody began to look at it just now, its memory comes back when that ends.
-            if let Ok(page) = Arc::try_unwrap(self.evict()?) {
-                return Some(page.into_frame());
+            if !self.make_room() {
+                return None;
             }
         }
     }
@@ -258,14 +260,25 @@ impl PagePool {
             return false;
         }
         loop {
-            if let Some(memory) = self.budget.take(bytes) {
+            if let Some(memory) = self.frames.take_memory(bytes) {
                 given.push(memory);
                 return true;
             }
-            if self.evict().is_none() {
+            if !self.make_room() {
                 return false;
             }
         }
+    }
+
+    /// Lets the page go that is to go next, or memory that no page is in; false if there is none.
+    fn make_room(&self) -> bool {
+        match self.evict().map(Arc::try_unwrap) {
+            Some(Ok(page)) => self.frames.put(page.into_frame()),
+            // Somebody began to look at it just now: its memory comes back when that ends.
+            Some(Err(_)) => (),
+            None => return self.frames.drop_spare(),
+        }
+        true
     }
 
     /// Takes the page out of the pool that is to go next, if there are any.

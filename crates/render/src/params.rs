@@ -127,7 +127,7 @@ pub enum RenderError {
     #[error(transparent)]
     Page(#[from] raystrips_tracer::OpenError),
     /// Rays that wait cannot be written to the scratch folder, or read from it.
-    #[error("{}: {source}", folder.display())]
+    #[error("{}: {source}; make room there, or give another --scratch", folder.display())]
     Scratch {
         /// The folder.
         folder: std::path::PathBuf,

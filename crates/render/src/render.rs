@@ -10,7 +10,7 @@ use crate::{
     sky::lighting,
     unfinished::Unfinished,
     wave::{Tile, Wave, WaveContext},
-    world::{Emitter, World},
+    world::World,
 };
 use raystrips_geom::{Aabb, scene::SceneDesc};
 use raystrips_tracer::OpenError;
@@ -131,40 +131,30 @@ pub fn render_tiles(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    let setting =
-        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
-    setting.run(params, |shader, materials| {
+    with_shader(world, params, |shader, materials| {
         let tiles = Tile::cover(params.width, params.height);
         render_given_tiles(world, params, (materials, shader), &tiles, begin, watch)
     })
 }
 
-/// What shading needs of a world.
-pub(crate) struct Setting<'a> {
-    pub description: &'a SceneDesc,
-    pub bounds: Aabb,
-    pub emitters: &'a [Emitter],
-}
-
-impl Setting<'_> {
-    /// Calls `with` with what the parameters ask for.
-    pub fn run(
-        &self,
-        params: &RenderParams,
-        with: impl FnOnce(&dyn Shader, &Materials) -> Result<Unfinished, RenderError>,
-    ) -> Result<Unfinished, RenderError> {
-        params.validate()?;
-        let materials = Materials::new(self.description);
-        let (lights, sky) = lighting(self.description, params.default_light);
-        match params.integrator {
-            Integrator::Path => {
-                let area_lights = AreaLights::new(self.emitters, &materials);
-                let lights = PunctualLights::new(&lights);
-                with(&PathTracer::new(area_lights, lights, sky, params.max_bounces), &materials)
-            }
-            Integrator::Ao => with(&AmbientOcclusion::new(&self.bounds), &materials),
-            Integrator::Normal => with(&Normals, &materials),
+/// Calls `render` with the shader that the parameters ask for and the materials of the world.
+pub(crate) fn with_shader(
+    world: &dyn World,
+    params: &RenderParams,
+    render: impl FnOnce(&dyn Shader, &Materials) -> Result<Unfinished, RenderError>,
+) -> Result<Unfinished, RenderError> {
+    params.validate()?;
+    let description = world.description();
+    let materials = Materials::new(description);
+    let (lights, sky) = lighting(description, params.default_light);
+    match params.integrator {
+        Integrator::Path => {
+            let area_lights = AreaLights::new(world.emitters(), &materials);
+            let lights = PunctualLights::new(&lights);
+            render(&PathTracer::new(area_lights, lights, sky, params.max_bounces), &materials)
         }
+        Integrator::Ao => render(&AmbientOcclusion::new(&world.bounds()), &materials),
+        Integrator::Normal => render(&Normals, &materials),
     }
 }
 

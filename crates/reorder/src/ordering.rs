@@ -23,6 +23,16 @@ pub enum Ordering {
 }
 
 impl Ordering {
+    /// All of them.
+    pub const ALL: [Ordering; 6] = [
+        Ordering::None,
+        Ordering::Origin,
+        Ordering::OriginDir,
+        Ordering::Hph,
+        Ordering::HphDir,
+        Ordering::HphOrigin,
+    ];
+
     /// True for those that need approximate hit points.
     pub fn needs_hit_points(self) -> bool {
         matches!(self, Ordering::Hph | Ordering::HphDir | Ordering::HphOrigin)
@@ -97,15 +107,6 @@ fn octahedral(dir: Vec3) -> Vec2 {
 mod tests {
     use super::*;
 
-    const ALL: [Ordering; 6] = [
-        Ordering::None,
-        Ordering::Origin,
-        Ordering::OriginDir,
-        Ordering::Hph,
-        Ordering::HphDir,
-        Ordering::HphOrigin,
-    ];
-
     fn keys(ordering: Ordering) -> Keys {
         Keys::new(ordering, Curve::Z, &Aabb { min: Vec3::ZERO, max: Vec3::ONE })
     }
@@ -128,7 +129,7 @@ mod tests {
             [false, true, true],
             [true, false, true],
         ];
-        assert_eq!(ALL.map(depends), expected);
+        assert_eq!(Ordering::ALL.map(depends), expected);
     }
 
     #[test]
@@ -141,7 +142,7 @@ mod tests {
     #[test]
     fn no_number_is_too_odd() {
         let flat = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 1.0, 0.0) };
-        for ordering in ALL {
+        for ordering in Ordering::ALL {
             let keys = Keys::new(ordering, Curve::Hilbert, &flat);
             for odd in [f32::NAN, f32::INFINITY, -1e30, 5.0] {
                 let key = keys.key(&Ray::new(Vec3::splat(odd), Vec3::splat(odd)), Vec3::splat(odd));

@@ -1,6 +1,7 @@
 //! Continuous page queues: a ray runs until it needs a page that is not in memory, and waits for it in the queue of that
 //! page. The page of the longest queue is read next; when it has come, its whole queue goes on at once, and whatever
-//! comes of that as well. There are no generations, so the tail of one does not wait for pages by itself.
+//! comes of that as well. There are no generations, so the tail of one does not wait for pages by itself. A page is
+//! whatever is read at once: where the disk seeks, a run of several pages of the file.
 //!
 //! What a page costs is read once for all rays that wait for it: how many those are is set by how many may be in flight.
 //! That is the difference to queues of geometry under a fixed grid (Pharr, Kolb, Gershbein, Hanrahan 1997), whose

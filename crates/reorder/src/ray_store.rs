@@ -85,24 +85,28 @@ impl<R: Pod> RayStore<R> {
         if self.runs.ends.is_empty() {
             radix_sort(&mut self.keys);
             let (keys, records) = (std::mem::take(&mut self.keys), std::mem::take(&mut self.records));
-            return Ok(SortedRays::InMemory { keys, records, next: 0 });
+            return Ok(SortedRays(Source::InMemory { keys, records, next: 0 }));
         }
         self.spill()?;
         (self.keys, self.records) = Default::default();
         let runs = std::mem::take(&mut self.runs);
         let most = (self.capacity / 2 / runs.ends.len()).max(1);
-        Ok(SortedRays::InFile(runs.merge(most)?))
+        Ok(SortedRays(Source::InFile(runs.merge(most)?)))
     }
 }
 
 /// Rays by their keys.
 #[derive(Debug)]
-pub enum SortedRays<R> {
-    /// All in memory.
-    #[doc(hidden)]
-    InMemory { keys: Vec<Keyed>, records: Vec<R>, next: usize },
+pub struct SortedRays<R>(Source<R>);
+
+#[derive(Debug)]
+enum Source<R> {
+    InMemory {
+        keys: Vec<Keyed>,
+        records: Vec<R>,
+        next: usize,
+    },
     /// Merged from runs.
-    #[doc(hidden)]
     InFile(Merge<R>),
 }
 
@@ -112,13 +116,13 @@ impl<R: Pod> SortedRays<R> {
     /// # Errors
     /// If the file cannot be read.
     pub fn next(&mut self, most: usize, rays: &mut Vec<R>) -> io::Result<()> {
-        match self {
-            SortedRays::InMemory { keys, records, next } => {
+        match &mut self.0 {
+            Source::InMemory { keys, records, next } => {
                 let end = keys.len().min(*next + most);
                 rays.extend(keys[*next..end].iter().map(|&(_, i)| records[i as usize]));
                 *next = end;
             }
-            SortedRays::InFile(merge) => {
+            Source::InFile(merge) => {
                 for _ in 0..most {
                     let Some(ray) = merge.next()? else { return Ok(()) };
                     rays.push(ray);
@@ -182,7 +186,7 @@ fn entry_bytes<R>() -> usize {
 
 /// Runs that are merged.
 #[derive(Debug)]
-pub struct Merge<R> {
+struct Merge<R> {
     cursors: Vec<Cursor<R>>,
     /// The next key of each run that has one.
     heads: BinaryHeap<Reverse<(u64, usize)>>,
@@ -254,7 +258,7 @@ mod tests {
                 store.extend((0..5000).map(ray)).unwrap();
                 assert_eq!(store.len(), 5000);
                 let mut sorted = store.take_sorted().unwrap();
-                assert!(store.is_empty() && matches!(sorted, SortedRays::InMemory { .. }) == (memory > 0));
+                assert!(store.is_empty() && matches!(sorted.0, Source::InMemory { .. }) == (memory > 0));
                 let mut rays = Vec::new();
                 while {
                     let before = rays.len();

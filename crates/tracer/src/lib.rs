@@ -24,7 +24,7 @@ mod strip;
 mod walk;
 mod window;
 
-pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
+pub use kernel::{Buffered, Kernel, Put, SetAside, Tracer, VisitTracer};
 pub use packet::PACKET;
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, GeometryBounds, PackError, PageId, ProxyKind};

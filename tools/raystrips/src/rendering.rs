@@ -91,7 +91,10 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             let Some((ordering, name)) = ordering(args.reorder) else {
                 return queued(path, args, (page_bytes, ray_bytes), keeping);
             };
-            let buffer_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2);
+            let buffer_bytes = match ordering {
+                Ordering::None => 0,
+                _ => args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2),
+            };
             let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes)?);
             let pack = world.pool().pack();
             let params = params(args, &pack.manifest)?;

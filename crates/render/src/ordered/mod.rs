@@ -10,7 +10,7 @@ use crate::{
     integrator::Shader,
     material::Materials,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, Setting, Watch, camera_rays, take_number},
+    render::{RenderOutput, Watch, camera_rays, take_number, with_shader},
     starts::Starts,
     unfinished::Unfinished,
     waiting_path::WaitingPath,
@@ -52,9 +52,7 @@ pub fn render_ordered(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    let setting =
-        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
-    setting.run(params, |shader, materials| {
+    with_shader(world, params, |shader, materials| {
         let temporary = std::env::temp_dir();
         let folder = order.scratch.unwrap_or(&temporary);
         let next = RayStore::new(folder, order.buffer_bytes as usize / STORES);

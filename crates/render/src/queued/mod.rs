@@ -12,7 +12,7 @@ use crate::{
     material::Materials,
     paged::PagedWorld,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, Setting, Watch, camera_rays},
+    render::{RenderOutput, Watch, camera_rays, with_shader},
     starts::Starts,
     unfinished::Unfinished,
     world::World,
@@ -79,9 +79,7 @@ pub fn render_queued(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    let setting =
-        Setting { description: world.description(), bounds: world.bounds(), emitters: world.emitters() };
-    setting.run(params, |shader, materials| {
+    with_shader(world, params, |shader, materials| {
         let frame_bytes = PagePool::frame_bytes(world.pool().pack());
         let pages_a_read = (paging.read_bytes / frame_bytes).max(1);
         let limits = Limits {
