@@ -92,7 +92,7 @@ fn check_all(path: &Path) {
             [(Schedule::Longest, 0), (Schedule::Longest, 1 << 15), (Schedule::Benefit, 1 << 16)]
         {
             let world = paged_world(path, percent);
-            let paging = QueueParams { ray_bytes: 1 << 16, read_bytes, schedule };
+            let paging = QueueParams { ray_bytes: 1 << 16, process_bytes: u64::MAX, read_bytes, schedule };
             let has_pauses = percent == 25;
             let what = format!("queues {paging:?}, {threads} threads, {percent} %");
             check(

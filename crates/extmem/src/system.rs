@@ -1,20 +1,34 @@
-//! How much memory may be taken without pushing others out.
+//! What the system says of memory: how much may be taken without pushing others out, and how much this process has.
 
 use std::fs::read_to_string;
 use std::path::Path;
 
 /// Half of the memory that the system and the control groups of this process leave; `None` where nothing tells.
 pub fn spare_memory() -> Option<u64> {
-    let system = read_to_string("/proc/meminfo").ok().and_then(|text| available(&text));
+    let system = read_to_string("/proc/meminfo").ok().and_then(|text| line_bytes(&text, "MemAvailable:"));
     let groups = read_to_string("/proc/self/cgroup").unwrap_or_default();
     let limits =
         limit_files(&groups).into_iter().filter_map(|file| read_to_string(file).ok()?.trim().parse().ok());
     limits.chain(system).min().map(|bytes: u64| bytes / 2)
 }
 
-/// The line `MemAvailable:  123 kB`, in bytes.
-fn available(meminfo: &str) -> Option<u64> {
-    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+/// Memory that the process holds, in bytes. 0 where the system does not tell.
+pub fn process_memory() -> u64 {
+    status_bytes("VmRSS:")
+}
+
+/// Most memory that the process ever held, in bytes. 0 where the system does not tell.
+pub fn peak_process_memory() -> u64 {
+    status_bytes("VmHWM:")
+}
+
+fn status_bytes(name: &str) -> u64 {
+    read_to_string("/proc/self/status").ok().and_then(|text| line_bytes(&text, name)).unwrap_or(0)
+}
+
+/// The number in a line like `MemAvailable:  123 kB`, in bytes.
+fn line_bytes(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kibibytes.checked_mul(1024)
 }
@@ -46,8 +60,17 @@ mod tests {
     #[test]
     fn the_line_is_found() {
         let meminfo = "MemTotal:       24689764 kB\nMemAvailable:   22000000 kB\n";
-        assert_eq!(available(meminfo), Some(22_000_000 * 1024));
-        assert_eq!(available("MemTotal: 1 kB\n"), None);
+        assert_eq!(line_bytes(meminfo, "MemAvailable:"), Some(22_000_000 * 1024));
+        assert_eq!(line_bytes("MemTotal: 1 kB\n", "MemAvailable:"), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_that_is_used_is_seen() {
+        let before = process_memory();
+        let bytes = vec![1u8; 64 << 20];
+        assert!(process_memory() > before + (32 << 20) && peak_process_memory() > before + (32 << 20));
+        drop(bytes);
     }
 
     #[test]

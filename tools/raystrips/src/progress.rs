@@ -1,9 +1,10 @@
 //! Progress bars, on a terminal only.
 
+use crate::interrupt;
 use crate::units::{bytes, duration, grouped};
-use crate::{interrupt, process};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use raystrips_convert::{Observer, Plan, Stage};
+use raystrips_extmem::process_memory;
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -93,7 +94,7 @@ fn style(counts_bytes: bool) -> ProgressStyle {
             _ = write!(w, "{}", number(s.len().unwrap_or(0)))
         })
         .with_key("memory", |_: &ProgressState, w: &mut dyn Write| {
-            _ = write!(w, "{}", bytes(process::rss_bytes()))
+            _ = write!(w, "{}", bytes(process_memory()))
         })
         .with_key("rate", move |s: &ProgressState, w: &mut dyn Write| {
             _ = write!(w, "{}", number(s.per_sec() as u64))

@@ -129,14 +129,15 @@ fn queued(
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
     let world = PagedWorld::new(PagePool::open(path, page_bytes)?);
     let params = params(args, &world.pool().pack().manifest)?;
+    let process_bytes = args.convert.source.memory.unwrap_or(u64::MAX);
     let (paging, name) = match args.reorder {
         ReorderName::Chunks => {
             let read_bytes = CHUNK_BYTES.min(page_bytes / CHUNK_PART);
-            (QueueParams { ray_bytes, read_bytes, schedule: Schedule::Benefit }, "chunks")
+            (QueueParams { ray_bytes, process_bytes, read_bytes, schedule: Schedule::Benefit }, "chunks")
         }
         _ => {
             let read_bytes = world.pool().probe()?;
-            (QueueParams { ray_bytes, read_bytes, schedule: Schedule::Longest }, "queues")
+            (QueueParams { ray_bytes, process_bytes, read_bytes, schedule: Schedule::Longest }, "queues")
         }
     };
     let kept = (world.pool().pack(), Numbering::Batches);

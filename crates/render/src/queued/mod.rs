@@ -60,6 +60,8 @@ pub enum Schedule {
 pub struct QueueParams {
     /// Paths are started while the rays that wait take less than this; it is taken from the memory of the pages.
     pub ray_bytes: u64,
+    /// Pages go, beyond that, while the process holds more than this.
+    pub process_bytes: u64,
     /// Neighboring pages up to this size are read together: where a disk has to seek, that is what takes time.
     pub read_bytes: u64,
     /// Which are read next.
@@ -98,7 +100,7 @@ pub fn render_queued(
             camera: camera_rays(params, world.description(), &world.bounds())?,
             queues: PageQueues::new(runs.len(), begin.next.min(starts.count())..starts.count(), limits),
             runs,
-            ray_memory: RayMemory::default(),
+            ray_memory: RayMemory::new(paging.process_bytes),
             starts,
             schedule: paging.schedule,
             readers: (READ_BUFFER_BYTES / paging.read_bytes.max(1)).clamp(1, MOST_READERS) as usize,

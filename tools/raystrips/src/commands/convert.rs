@@ -3,11 +3,12 @@
 use super::{info::describe, print_json};
 use crate::args::{ConvertArgs, ConvertOptions};
 use crate::files::check_output;
+use crate::interrupt;
 use crate::progress::ConvertProgress;
 use crate::units::{bytes, grouped};
-use crate::{interrupt, process};
 use anyhow::{Context, Result};
 use raystrips_convert::{ConvertParams, ConvertReport, StripParams, convert};
+use raystrips_extmem::peak_process_memory;
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     if args.json {
         let mut value = describe(&report.manifest, report.file_bytes, &report.proxies);
         value["seconds"] = seconds(&report);
-        value["peak_rss_bytes"] = process::peak_rss_bytes().into();
+        value["peak_rss_bytes"] = peak_process_memory().into();
         return print_json(&value);
     }
     let triangles = report.manifest.triangles;

@@ -8,6 +8,7 @@ use crate::units::grouped;
 use crate::{interrupt, process};
 use anyhow::{Context, Result, bail};
 use raystrips_convert::{Proxy, ProxyParams, ProxySize, SimplifyMethod, proxy};
+use raystrips_extmem::peak_process_memory;
 use raystrips_meshio::{ExportFormat, ExportMesh, export};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -67,7 +68,7 @@ fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
             "input": {"triangles": made.input_triangles, "pieces": made.pieces},
             "distance": distances.unwrap_or(Value::Null),
             "seconds": {"total": seconds, "cpu": process::cpu_time().as_secs_f64()},
-            "peak_rss_bytes": process::peak_rss_bytes(),
+            "peak_rss_bytes": peak_process_memory(),
         }));
     }
     let distances = made.distances.map_or(String::new(), |d| {

@@ -6,8 +6,9 @@ use crate::progress::render_bar;
 use crate::rendering::{self, Pages, Rendered};
 use crate::unfinished::Keeping;
 use crate::units::grouped;
-use crate::{cache, interrupt, process};
+use crate::{cache, interrupt};
 use anyhow::{Result, bail};
+use raystrips_extmem::peak_process_memory;
 use raystrips_render::{ImageOptions, RenderOutput, RenderProgress, write_image};
 use serde_json::json;
 use std::io::Write;
@@ -66,7 +67,7 @@ fn stats(output: &RenderOutput, pages: &Pages) -> serde_json::Value {
             "hits": pages.counts.hits,
             "evicted": pages.counts.evicted,
         },
-        "peak_rss_bytes": process::peak_rss_bytes(),
+        "peak_rss_bytes": peak_process_memory(),
         "ordering": pages.ordering,
         "triangles": pages.triangles,
         "contributions": {"clamped": output.film.clamped(), "dropped": output.film.dropped()},

@@ -5,6 +5,7 @@ use crate::clock::thread_time;
 use anyhow::{Context, Result, bail};
 use glam::Vec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter};
+use raystrips_extmem::peak_process_memory;
 use raystrips_geom::Aabb;
 use raystrips_simplify::{Piece, Target, simplify};
 use serde_json::json;
@@ -36,16 +37,8 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let simplified = kernel(mesh, triangles);
     let seconds = (thread_time() - begin).as_secs_f64();
     simplified.write(Path::new(output))?;
-    println!("{}", json!({"seconds_cpu": seconds, "peak_rss_bytes": peak_rss_bytes()}));
+    println!("{}", json!({"seconds_cpu": seconds, "peak_rss_bytes": peak_process_memory()}));
     Ok(ExitCode::SUCCESS)
-}
-
-/// Most memory that this process ever held; 0 where the system does not tell.
-fn peak_rss_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib: Option<u64> = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse().ok());
-    kib.unwrap_or(0) * 1024
 }
 
 fn ours(mesh: Mesh, asked: usize) -> Mesh {
