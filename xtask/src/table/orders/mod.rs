@@ -34,6 +34,20 @@ const SCENES: [PaperScene; 2] = [
 const PAPER_ORDERS: [&str; 5] = ["hph", "hph-dir", "origin-dir", "origin", "chunks"];
 const OTHER_ORDERS: [&str; 2] = ["hph-origin", "queues"];
 
+/// The pack that is rendered.
+struct Rendered {
+    path: PathBuf,
+    bytes: u64,
+    pages: f64,
+}
+
+impl Rendered {
+    /// So many percent of its bytes.
+    fn share(&self, percent: u64) -> u64 {
+        self.bytes * percent / 100
+    }
+}
+
 /// What was asked for.
 struct Setting {
     limited: Limited,
@@ -48,12 +62,12 @@ struct Setting {
 /// Prints the table with this name.
 pub fn print(name: &str, arguments: &[String]) -> Result<()> {
     let setting = Setting::parse(arguments)?;
-    let pack = setting.pack()?;
-    let pack_bytes = std::fs::metadata(&pack)?.len();
+    let pack = setting.rendered()?;
     println!(
-        "{} ({:.0} MiB), {}x{}, {} samples, {} threads, disk {}\n",
-        pack.display(),
-        pack_bytes as f64 / 1048576.0,
+        "{} ({:.0} MiB, {} pages), {}x{}, {} samples, {} threads, disk {}\n",
+        pack.path.display(),
+        pack.bytes as f64 / 1048576.0,
+        pack.pages,
         setting.limited.size.0,
         setting.limited.size.1,
         setting.limited.spp,
@@ -61,10 +75,10 @@ pub fn print(name: &str, arguments: &[String]) -> Result<()> {
         setting.disk.name
     );
     match name {
-        "orderings" => setting.orderings(&pack, pack_bytes),
-        "buffer" => setting.buffer(&pack, pack_bytes),
-        "memory-share" => setting.memory(&pack, pack_bytes),
-        "threads" => setting.threads(&pack, pack_bytes),
+        "orderings" => setting.orderings(&pack),
+        "buffer" => setting.buffer(&pack),
+        "memory-share" => setting.memory(&pack),
+        "threads" => setting.threads(&pack),
         "small" => setting.small(&pack),
         _ => bail!("usage: {USAGE}"),
     }
@@ -110,6 +124,14 @@ impl Setting {
         })
     }
 
+    fn rendered(&self) -> Result<Rendered> {
+        let path = self.pack()?;
+        let info =
+            programs::json(Command::new(&self.limited.raystrips).arg("info").arg("--json").arg(&path))?;
+        let bytes = std::fs::metadata(&path)?.len();
+        Ok(Rendered { path, bytes, pages: programs::number(&info, "pages")? })
+    }
+
     /// The pack of the scene, made if it is not there.
     fn pack(&self) -> Result<PathBuf> {
         if let Some(pack) = &self.pack {
@@ -128,19 +150,14 @@ impl Setting {
         Ok(pack)
     }
 
-    /// The memory that is so many percent of the pack.
-    fn share(&self, pack_bytes: u64, percent: u64) -> u64 {
-        pack_bytes * percent / 100
-    }
-
     /// All in memory, without an order.
-    fn resident(&self, pack: &Path) -> Result<Measured> {
-        self.limited.render(pack, &["--reorder", "none"], (None, &DISKS[3]))
+    fn resident(&self, pack: &Rendered) -> Result<Measured> {
+        self.limited.render(&pack.path, &["--reorder", "none"], (None, &DISKS[3]))
     }
 
     /// Table III.
-    fn orderings(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
-        let memory = self.share(pack_bytes, self.scene.percent);
+    fn orderings(&self, pack: &Rendered) -> Result<()> {
+        let memory = pack.share(self.scene.percent);
         let limits = (Some(memory), self.disk);
         println!(
             "{} % of the pack, {} MiB, for all that the process holds\n",
@@ -150,7 +167,7 @@ impl Setting {
         println!("| order | rays | Mrays/s | over none | paper | share of resident | {COUNT_HEADS} |");
         println!("|---|---:|---:|---:|---:|---:|{COUNT_LINE}|");
         let resident = self.resident(pack)?;
-        let none = self.limited.render(pack, &["--reorder", "none"], limits)?;
+        let none = self.limited.render(&pack.path, &["--reorder", "none"], limits)?;
         let row = |name: &str, paper: &str, measured: &Measured| {
             println!(
                 "| {name} | {:.1}M | {:.4} | {:.2} | {paper} | {:.1} % | {} |",
@@ -158,42 +175,42 @@ impl Setting {
                 measured.rate(),
                 measured.rate() / none.rate(),
                 100.0 * measured.rate() / resident.rate(),
-                counts(measured, self.limited.threads),
+                counts(measured, pack, self.limited.threads),
             );
         };
         row("none, all in memory", "", &resident);
         row("none", "1", &none);
         for (order, paper) in PAPER_ORDERS.iter().zip(self.scene.speedups) {
-            row(order, &paper.to_string(), &self.limited.render(pack, &["--reorder", order], limits)?);
+            row(order, &paper.to_string(), &self.limited.render(&pack.path, &["--reorder", order], limits)?);
         }
         for order in OTHER_ORDERS {
-            row(order, "", &self.limited.render(pack, &["--reorder", order], limits)?);
+            row(order, "", &self.limited.render(&pack.path, &["--reorder", order], limits)?);
         }
-        row("auto", "", &self.limited.render(pack, &[], limits)?);
+        row("auto", "", &self.limited.render(&pack.path, &[], limits)?);
         Ok(())
     }
 
     /// Table I: memory for rays, as parts of what the paper gives.
-    fn buffer(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
-        let memory = self.share(pack_bytes, self.scene.percent);
+    fn buffer(&self, pack: &Rendered) -> Result<()> {
+        let memory = pack.share(self.scene.percent);
         println!("| buffer | Mrays/s | paper, s | {COUNT_HEADS} |\n|---|---:|---:|{COUNT_LINE}|");
         for (mebibytes, paper) in [(22, 10_541), (44, 10_460), (88, 10_314), (176, 10_459)] {
             // The same part of the pack as there of its 12.8 GB.
-            let bytes = (pack_bytes as f64 * f64::from(mebibytes) * 1048576.0 / 12.8e9) as u64;
+            let bytes = (pack.bytes as f64 * f64::from(mebibytes) * 1048576.0 / 12.8e9) as u64;
             let options = ["--reorder", "hph", "--ray-buffer", &bytes.to_string()];
-            let measured = self.limited.render(pack, &options, (Some(memory), self.disk))?;
+            let measured = self.limited.render(&pack.path, &options, (Some(memory), self.disk))?;
             println!(
                 "| {mebibytes} MB there, {:.1} MiB here | {:.4} | {paper} | {} |",
                 bytes as f64 / 1048576.0,
                 measured.rate(),
-                counts(&measured, self.limited.threads)
+                counts(&measured, pack, self.limited.threads)
             );
         }
         Ok(())
     }
 
     /// Figure 7: the share of the pack that is in memory.
-    fn memory(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
+    fn memory(&self, pack: &Rendered) -> Result<()> {
         const ORDERS: [&str; 4] = ["none", "hph", "chunks", "queues"];
         println!("| memory | order | rays | Mrays/s | share of resident | {COUNT_HEADS} |");
         println!("|---|---|---:|---:|---:|{COUNT_LINE}|");
@@ -201,9 +218,9 @@ impl Setting {
         let mut lines: Vec<plot::Line> = ORDERS.map(|order| (order.to_owned(), Vec::new())).into();
         for percent in [100, 50, 24, 12, 6] {
             for (line, order) in lines.iter_mut().zip(ORDERS) {
-                let memory = self.share(pack_bytes, percent);
+                let memory = pack.share(percent);
                 let measured =
-                    match self.limited.render(pack, &["--reorder", order], (Some(memory), self.disk)) {
+                    match self.limited.render(&pack.path, &["--reorder", order], (Some(memory), self.disk)) {
                         Ok(measured) => measured,
                         Err(error) if error.to_string().contains("too little") => {
                             println!("| {percent} % | {order} | too little memory for this picture |");
@@ -218,7 +235,7 @@ impl Setting {
                     memory >> 20,
                     measured.rays / 1e6,
                     measured.rate(),
-                    counts(&measured, self.limited.threads)
+                    counts(&measured, pack, self.limited.threads)
                 );
             }
         }
@@ -231,8 +248,8 @@ impl Setting {
     }
 
     /// Threads, with the share in memory that the paper has.
-    fn threads(&self, pack: &Path, pack_bytes: u64) -> Result<()> {
-        let memory = self.share(pack_bytes, self.scene.percent);
+    fn threads(&self, pack: &Rendered) -> Result<()> {
+        let memory = pack.share(self.scene.percent);
         println!("| order | threads | Mrays/s | {COUNT_HEADS} |\n|---|---:|---:|{COUNT_LINE}|");
         for order in ["hph", "chunks", "queues"] {
             for threads in [1, 2, 4] {
@@ -242,21 +259,26 @@ impl Setting {
                     limits: self.limited.limits.clone(),
                     ..self.limited
                 };
-                let measured = limited.render(pack, &["--reorder", order], (Some(memory), self.disk))?;
-                println!("| {order} | {threads} | {:.4} | {} |", measured.rate(), counts(&measured, threads));
+                let measured =
+                    limited.render(&pack.path, &["--reorder", order], (Some(memory), self.disk))?;
+                println!(
+                    "| {order} | {threads} | {:.4} | {} |",
+                    measured.rate(),
+                    counts(&measured, pack, threads)
+                );
             }
         }
         Ok(())
     }
 
     /// All orders with everything in memory.
-    fn small(&self, pack: &Path) -> Result<()> {
+    fn small(&self, pack: &Rendered) -> Result<()> {
         println!("| order | rays | Mrays/s | over none | overhead |\n|---|---:|---:|---:|---:|");
         let orders = ["none"].iter().chain(&PAPER_ORDERS).chain(&OTHER_ORDERS);
         let mut none = None;
         for order in orders {
             let mut runs: Vec<Measured> = (0..REPEAT)
-                .map(|_| self.limited.render(pack, &["--reorder", order], (None, &DISKS[3])))
+                .map(|_| self.limited.render(&pack.path, &["--reorder", order], (None, &DISKS[3])))
                 .collect::<Result<_>>()?;
             runs.sort_by(|a, b| a.rate().total_cmp(&b.rate()));
             let measured = &runs[REPEAT / 2];
@@ -277,13 +299,14 @@ impl Setting {
 const REPEAT: usize = 3;
 
 const COUNT_HEADS: &str =
-    "waiting | overhead | pages read/Mray | MB/Mray | reads/Mray | peak MiB, with page cache";
-const COUNT_LINE: &str = "---:|---:|---:|---:|---:|---:";
+    "rays/page | waiting | overhead | pages read/Mray | MB/Mray | reads/Mray | peak MiB, with page cache";
+const COUNT_LINE: &str = "---:|---:|---:|---:|---:|---:|---:";
 
 /// What all rows end with.
-fn counts(measured: &Measured, threads: u64) -> String {
+fn counts(measured: &Measured, pack: &Rendered, threads: u64) -> String {
     format!(
-        "{:.0} % | {:.1} % | {:.0} | {:.1} | {:.0} | {:.0}, {:.0}",
+        "{:.0} | {:.0} % | {:.1} % | {:.0} | {:.1} | {:.0} | {:.0}, {:.0}",
+        measured.rays / pack.pages,
         100.0 * measured.wait_seconds / (measured.seconds * threads as f64),
         overhead(measured, threads),
         measured.per_million(measured.pages_read),
