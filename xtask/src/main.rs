@@ -3,6 +3,7 @@
 // Printing is what tasks are run for.
 #![allow(clippy::print_stdout)]
 
+mod cache;
 mod clock;
 mod compare;
 mod flags;
@@ -11,6 +12,7 @@ mod paper;
 mod rays;
 mod sample_mesh;
 mod scene;
+mod simulation;
 mod table;
 mod tidy;
 

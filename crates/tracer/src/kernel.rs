@@ -104,6 +104,10 @@ impl<'s> Tracer<'s> {
         Tracer { scene, kernel, closest: Walks(None), any: Walks(None), packet: Packet::new() }
     }
 
+    pub(crate) fn scene(&self) -> &'s Scene {
+        self.scene
+    }
+
     /// Closest hit: the triangle with the least `tnear <= t <= tfar`, the first in the pack of several at the
     /// same distance; [`Hit::MISS`] if there is none. Both faces are hit. Rays that are not
     /// [valid](Ray::is_valid) miss.

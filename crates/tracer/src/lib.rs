@@ -13,6 +13,7 @@
 
 mod boxes;
 mod kernel;
+mod observe;
 mod packet;
 mod pages;
 mod prepared;
@@ -25,6 +26,7 @@ mod walk;
 mod window;
 
 pub use kernel::{Buffered, Kernel, Put, SetAside, Tracer, VisitTracer};
+pub use observe::{Access, Part};
 pub use packet::PACKET;
 pub use rays::{Cursor, RayBuffer};
 pub use raystrips_pack::{Emitter, GeometryBounds, PackError, PageId, ProxyKind};

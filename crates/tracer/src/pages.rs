@@ -1,6 +1,7 @@
 //! Where walks get their pages from.
 
 use crate::scene::Scene;
+use crate::walk::Walk;
 use raystrips_pack::{PageId, PageView, TopEntry, TopNode};
 use raystrips_paging::Visit;
 
@@ -20,6 +21,10 @@ pub(crate) trait Pages<'s>: Copy {
 
     /// Any page, to have one.
     fn some_page(self) -> PageView<'s>;
+
+    /// Is told where a walk is before each step that it takes by itself.
+    #[inline(always)]
+    fn before_step<const ANY: bool>(self, _: &Walk<'s, ANY>) {}
 }
 
 impl<'s> Pages<'s> for &'s Scene {

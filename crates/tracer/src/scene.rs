@@ -51,6 +51,10 @@ impl Locator {
         Locator(self.0 & !0xFF | triangle as u64)
     }
 
+    pub fn page_id(self) -> PageId {
+        self.parts().0
+    }
+
     fn parts(self) -> (PageId, usize, usize, usize) {
         let part = |shift: u32, mask: u64| (self.0 >> shift & mask) as usize;
         (part(32, 0xFFFF_FFFF) as PageId, part(24, 0xFF), part(8, 0xFFFF), part(0, 0xFF))
@@ -168,7 +172,7 @@ impl Scene {
 /// If `hit` is a miss.
 pub fn page_of(hit: &Hit) -> PageId {
     assert!(hit.is_hit(), "a miss is in no page");
-    Locator(hit.prim_id).parts().0
+    Locator(hit.prim_id).page_id()
 }
 
 /// What a hit in this page is, in the words of the pack.

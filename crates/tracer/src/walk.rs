@@ -175,9 +175,14 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         }
     }
 
-    /// What is next, of a walk that is set aside above the pages.
+    /// What is next.
     pub fn link(&self) -> u32 {
         self.link
+    }
+
+    /// The page that it is in.
+    pub fn page(&self) -> PageId {
+        self.best.locator.page_id()
     }
 
     /// The page that is entered next, when the next step is [`Step::ENTER`].
@@ -195,6 +200,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         let mut step = Step::of(self.link);
         let mut candidates = Candidates::NONE;
         loop {
+            pages.before_step(self);
             match step {
                 Step::NODE => self.step_node(s),
                 Step::STRIP => {

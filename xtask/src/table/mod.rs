@@ -4,6 +4,7 @@ mod basics;
 mod construction;
 mod contestants;
 mod hierarchy;
+mod layout;
 mod massive;
 mod memory;
 mod models;
@@ -30,6 +31,7 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "packet" => speed::print(models, speed::Kind::Packet)?,
         "construction" => construction::print(models)?,
         "proxy" if !models.is_empty() => proxy::print(models)?,
+        "layout" => layout::print(models)?,
         "massive" => massive::print(models)?,
         "orderings" | "buffer" | "memory-share" | "threads" | "small" => orders::print(name, models)?,
         _ => bail!(
