@@ -80,7 +80,16 @@ impl SimulatedWorld {
         sim.dir = world.scene().pack().directory.iter().map(|e| (e.offset, e.bytes as u64)).collect();
         let total: u64 = sim.dir.iter().map(|d| d.1).sum();
         for share in [0.5, 0.25, 0.1] {
-            sim.pcaches.push((share, PageLru { cap: (total as f64 * share) as u64, used: 0, clock: 0, at: Default::default(), by: Default::default() }));
+            sim.pcaches.push((
+                share,
+                PageLru {
+                    cap: (total as f64 * share) as u64,
+                    used: 0,
+                    clock: 0,
+                    at: Default::default(),
+                    by: Default::default(),
+                },
+            ));
             sim.paged.push((share, (0, 0)));
         }
         SimulatedWorld { world, simulation: Mutex::new(sim) }
@@ -133,12 +142,20 @@ impl World for SimulatedWorld {
     }
 }
 
-pub struct PageLru { cap: u64, used: u64, clock: u64, at: std::collections::HashMap<u64, u64>, by: std::collections::BTreeMap<u64, (u64, u64)> }
+pub struct PageLru {
+    cap: u64,
+    used: u64,
+    clock: u64,
+    at: std::collections::HashMap<u64, u64>,
+    by: std::collections::BTreeMap<u64, (u64, u64)>,
+}
 impl PageLru {
     fn touch(&mut self, p: u64, bytes: u64) -> bool {
         self.clock += 1;
         if let Some(t) = self.at.insert(p, self.clock) {
-            if let Some(v) = self.by.remove(&t) { self.by.insert(self.clock, v); }
+            if let Some(v) = self.by.remove(&t) {
+                self.by.insert(self.clock, v);
+            }
             return false;
         }
         self.by.insert(self.clock, (p, bytes));

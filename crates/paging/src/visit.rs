@@ -2,22 +2,22 @@
 
 use crate::page::Page;
 use crate::pool::PagePool;
-use elsa::FrozenMap;
 use raystrips_pack::{PageId, PageView};
-use std::cell::Cell;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
 /// A look at pages: what it has seen stays in memory until it ends.
 pub struct Visit<'p> {
     pool: &'p PagePool,
-    seen: FrozenMap<PageId, Arc<Page>, BuildHasherDefault<PageHasher>>,
+    /// By page, as many as the pack has: a ray asks for one after the other, and a table is asked the fastest.
+    seen: Vec<OnceCell<Arc<Page>>>,
     count: Cell<usize>,
 }
 
 impl<'p> Visit<'p> {
     pub(crate) fn new(pool: &'p PagePool) -> Visit<'p> {
-        Visit { pool, seen: FrozenMap::default(), count: Cell::new(0) }
+        let pages = pool.pack().directory.len();
+        Visit { pool, seen: (0..pages).map(|_| OnceCell::new()).collect(), count: Cell::new(0) }
     }
 
     /// The pool that it looks at.
@@ -31,12 +31,13 @@ impl<'p> Visit<'p> {
     /// If there is no such page.
     #[inline]
     pub fn page(&self, id: PageId) -> Option<PageView<'_>> {
-        if let Some(page) = self.seen.get(&id) {
+        let seen = &self.seen[id as usize];
+        if let Some(page) = seen.get() {
             return Some(page.view());
         }
         let page = self.pool.get(id)?;
         self.count.set(self.count.get() + 1);
-        Some(self.seen.insert(id, page).view())
+        Some(seen.get_or_init(|| page).view())
     }
 
     /// Pages that it has seen.
@@ -52,23 +53,5 @@ impl<'p> Visit<'p> {
     /// A page without anything in it.
     pub fn blank(&self) -> PageView<'_> {
         self.pool.blank()
-    }
-}
-
-/// Spreads page numbers (multiplication by the golden ratio; Knuth).
-#[derive(Default)]
-struct PageHasher(u64);
-
-impl Hasher for PageHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u32(byte.into()));
-    }
-
-    fn write_u32(&mut self, number: u32) {
-        self.0 = (self.0 ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
     }
 }

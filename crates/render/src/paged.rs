@@ -122,7 +122,7 @@ impl World for PagedWorld {
                 cursor: &mut Cursor::default(),
                 most: usize::MAX,
                 done: &mut |i, _, hit| hits[i as usize] = hit,
-                aside: &mut |page, put| put(aside.of(page)),
+                aside: &mut |page, ray| aside.of(page).push_parked(&ray),
             });
         })
     }
@@ -134,7 +134,7 @@ impl World for PagedWorld {
                 cursor: &mut Cursor::default(),
                 most: usize::MAX,
                 done: &mut |i, _, hit| occluded[i as usize] = hit.is_hit(),
-                aside: &mut |page, put| put(aside.of(page)),
+                aside: &mut |page, ray| aside.of(page).push_parked(&ray),
             });
         })
     }

@@ -4,7 +4,7 @@
 
 use crate::packet::{PACKET, Packet};
 use crate::pages::Pages;
-use crate::rays::{Cursor, RayBuffer};
+use crate::rays::{Cursor, Parked, RayBuffer};
 use crate::scene::Scene;
 use crate::simd::Simd;
 #[cfg(target_arch = "x86_64")]
@@ -191,10 +191,8 @@ impl<D: FnMut(usize, Hit)> Jobs for Batch<'_, D> {
     }
 }
 
-/// Gets a page that a ray waits for, and what puts the ray into a buffer.
-pub type SetAside<'a, E> = dyn FnMut(PageId, &mut Put<E>) + 'a;
-/// Puts a ray into a buffer.
-pub type Put<'a, E> = dyn FnMut(&mut RayBuffer<E>) + 'a;
+/// Gets a ray and the page that it waits for.
+pub type SetAside<'a, E> = dyn FnMut(PageId, Parked<E>) + 'a;
 
 /// Traces rays through the pages that a visit finds in memory; sets aside those that need others.
 pub struct VisitTracer<'v> {
@@ -246,7 +244,7 @@ pub struct Buffered<'a, E> {
     pub most: usize,
     /// Gets errand, ray and hit of those that come to their end, in any order.
     pub done: &'a mut dyn FnMut(E, Ray, Hit),
-    /// Is asked to put each of the others into a buffer for the page that it waits for.
+    /// Gets each of the others with the page that it waits for.
     pub aside: &'a mut SetAside<'a, E>,
 }
 
@@ -269,8 +267,8 @@ impl<E: Copy> Jobs for Buffered<'_, E> {
     }
 
     fn set_aside(&mut self, number: usize, page: PageId, best: Hit, link: u32) {
-        let ray = self.rays.ray(number);
-        (self.aside)(page, &mut |buffer| buffer.push_waiting(ray, best, link));
+        let (errand, ray) = self.rays.ray(number);
+        (self.aside)(page, Parked { errand, ray, best, link });
     }
 }
 

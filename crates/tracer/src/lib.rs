@@ -25,10 +25,10 @@ mod strip;
 mod walk;
 mod window;
 
-pub use kernel::{Buffered, Kernel, Put, SetAside, Tracer, VisitTracer};
+pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use observe::{Access, Part};
 pub use packet::PACKET;
-pub use rays::{Cursor, RayBuffer};
+pub use rays::{Cursor, Parked, RayBuffer};
 pub use raystrips_pack::{Emitter, GeometryBounds, PackError, PageId, ProxyKind};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

@@ -23,6 +23,15 @@ pub struct RayBuffer<E> {
     hits: Vec<Hit>,
 }
 
+/// A ray that cannot go on before a page is in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Parked<E> {
+    pub(crate) errand: E,
+    pub(crate) ray: Ray,
+    pub(crate) best: Hit,
+    pub(crate) link: u32,
+}
+
 /// A place in a [`RayBuffer`], from its beginning on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cursor {
@@ -55,19 +64,26 @@ impl<E: Copy> RayBuffer<E> {
     }
 
     /// Adds a ray that is on its way.
-    pub(crate) fn push_waiting(&mut self, (errand, ray): (E, Ray), best: Hit, link: u32) {
-        let mut record = Record { errand, ray, link };
+    pub fn push_parked(&mut self, parked: &Parked<E>) {
+        let &Parked { errand, ray, best, mut link } = parked;
         if best.is_hit() {
-            record.link |= HAS_HIT;
+            link |= HAS_HIT;
             self.hits.push(best);
         }
-        self.records.push(record);
+        self.records.push(Record { errand, ray, link });
+    }
+
+    /// Makes room for so many rays more, in little more memory than they need.
+    pub fn reserve(&mut self, rays: usize) {
+        reserve(&mut self.records, rays);
     }
 
     /// Takes over all of `other`, in little more memory than it needs.
     pub fn append(&mut self, other: &mut RayBuffer<E>) {
-        append(&mut self.records, &mut other.records);
-        append(&mut self.hits, &mut other.hits);
+        reserve(&mut self.records, other.records.len());
+        self.records.append(&mut other.records);
+        reserve(&mut self.hits, other.hits.len());
+        self.hits.append(&mut other.hits);
     }
 
     /// Rays in it.
@@ -113,12 +129,10 @@ impl<E: Copy> RayBuffer<E> {
     }
 }
 
-/// Moves all of `from` to the end of `to`, which grows by a quarter at least: doubling would leave a quarter of the
+/// Makes room for `more` at the end of `records`, which grows by a quarter at least: doubling would leave a quarter of the
 /// memory unused.
-fn append<T>(to: &mut Vec<T>, from: &mut Vec<T>) {
-    let len = to.len() + from.len();
-    if len > to.capacity() {
-        to.reserve_exact(from.len() + to.len() / 4);
+fn reserve<T>(records: &mut Vec<T>, more: usize) {
+    if records.len() + more > records.capacity() {
+        records.reserve_exact(more + records.len() / 4);
     }
-    to.append(from);
 }

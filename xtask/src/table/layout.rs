@@ -34,7 +34,11 @@ pub fn print(arguments: &[String]) -> Result<()> {
         let s = simulate(Path::new(pack), &shapes, (side, spp))?;
         println!("{pack}: {} rays", s.rays);
         for (share, (n, b)) in &s.paged {
-            println!("PAGES share {share}: misses/ray {:.5} KB/ray {:.4}", *n as f64 / s.rays as f64, *b as f64 / s.rays as f64 / 1e3);
+            println!(
+                "PAGES share {share}: misses/ray {:.5} KB/ray {:.4}",
+                *n as f64 / s.rays as f64,
+                *b as f64 / s.rays as f64 / 1e3
+            );
         }
         println!("reads a ray: {:?}", s.reads.map(|r| r as f64 / s.rays as f64));
         for (i, shape) in shapes.iter().enumerate() {

@@ -3,6 +3,7 @@
 //! [`render`](crate::render()) makes.
 
 mod ray_memory;
+mod set_aside;
 mod waiting;
 mod worker;
 

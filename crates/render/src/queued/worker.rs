@@ -1,6 +1,7 @@
 //! A thread that traces and shades.
 
 use super::Job;
+use super::set_aside::SetAside;
 use super::waiting::{Answer, Waiting};
 use crate::{
     deposits::Deposits,
@@ -13,9 +14,8 @@ use crate::{
     wave::{PendingLight, ShadeOutput, camera_path},
 };
 use raystrips_geom::{Hit, Ray};
-use raystrips_reorder::{Amount, Parcel, Work};
-use raystrips_tracer::{Buffered, Cursor, PACKET, PageId, RayBuffer, Visit, VisitTracer, locate_in, page_of};
-use std::collections::HashMap;
+use raystrips_reorder::{Amount, Work};
+use raystrips_tracer::{Buffered, Cursor, PACKET, RayBuffer, Visit, VisitTracer, locate_in, page_of};
 use std::sync::PoisonError;
 use std::time::Instant;
 
@@ -30,9 +30,6 @@ const MOST_ASIDE: usize = 1 << 15;
 const KEPT_BYTES: usize = 2 << 20;
 /// A packet of camera rays is traced together this many times at most; absent pages end that.
 const MOST_ATTEMPTS: u32 = 4;
-/// Most empty parcels that a worker keeps, and the most memory of each.
-const MOST_SPARE: usize = 1024;
-const SPARE_BYTES: usize = 4096;
 /// Deposits that a worker gathers before it asks for the film.
 const MOST_DEPOSITS: usize = 1 << 14;
 
@@ -75,31 +72,6 @@ impl Rays {
     /// How many are left.
     fn left(&self) -> usize {
         self.closest.left(&self.closest_cursor) + self.shadow.left(&self.shadow_cursor)
-    }
-}
-
-/// Rays that cannot go on, by the page that they need.
-#[derive(Default)]
-struct SetAside {
-    parcels: HashMap<PageId, Waiting>,
-    count: usize,
-    /// Empty parcels, which have their memory still.
-    spare: Vec<Waiting>,
-}
-
-impl SetAside {
-    /// Where the next ray for a page goes.
-    fn of(&mut self, page: PageId) -> &mut Waiting {
-        self.count += 1;
-        self.parcels.entry(page).or_insert_with(|| self.spare.pop().unwrap_or_default())
-    }
-
-    /// Keeps the memory of the parcels, whose rays were taken.
-    fn empty(&mut self) {
-        self.count = 0;
-        let small = self.parcels.drain().map(|(_, parcel)| parcel).filter(|p| p.bytes() < SPARE_BYTES);
-        self.spare.extend(small);
-        self.spare.truncate(MOST_SPARE);
     }
 }
 
@@ -180,9 +152,9 @@ impl<'a> Worker<'a> {
     /// Puts what cannot go on into queues.
     fn put_set_aside(&mut self) {
         let Job { queues, runs, ray_memory, world, .. } = self.job;
-        let left = &mut self.set_aside.parcels;
-        queues.put(left.iter_mut().map(|(&page, rays)| (runs.of(page), rays)));
-        self.set_aside.empty();
+        self.set_aside.sort(|page| runs.of(page));
+        queues.put(self.set_aside.by_run());
+        self.set_aside.clear();
         ray_memory.follow(queues.bytes(), world.pool());
     }
 
@@ -229,7 +201,7 @@ impl<'a> Worker<'a> {
                     ray,
                     hit: *hit,
                 })),
-                Err(page) if packet.attempts < MOST_ATTEMPTS => self.set_aside.of(page).packets.push(packet),
+                Err(page) if packet.attempts < MOST_ATTEMPTS => self.set_aside.packets.push((page, packet)),
                 Ok(false) | Err(_) => rays.for_each(|(&ray, &path)| self.next.push(ray, path)),
             }
             self.stats.seconds.trace += begin.elapsed().as_secs_f64();
@@ -241,7 +213,7 @@ impl<'a> Worker<'a> {
         if self.current.left() == 0 || self.next.len() + self.next_shadow.len() > MOST_NEXT {
             self.turn_to_next();
         }
-        if self.set_aside.count > MOST_ASIDE {
+        if self.set_aside.rays() > MOST_ASIDE {
             self.put_set_aside();
         }
         let before = self.current.left();
@@ -256,14 +228,14 @@ impl<'a> Worker<'a> {
                     deposits.add(light.pixel, light.contribution);
                 }
             },
-            aside: &mut |page, put| put(&mut set_aside.of(page).shadow),
+            aside: &mut |page, ray| set_aside.shadow.push((page, ray)),
         });
         tracer.intersect(Buffered {
             rays: &current.closest,
             cursor: &mut current.closest_cursor,
             most,
             done: &mut |path, ray, hit| answers.push(Answer { path, ray, hit }),
-            aside: &mut |page, put| put(&mut set_aside.of(page).closest),
+            aside: &mut |page, ray| set_aside.closest.push((page, ray)),
         });
         self.stats.seconds.trace += begin.elapsed().as_secs_f64();
         let after = self.current.left();
@@ -304,7 +276,7 @@ impl<'a> Worker<'a> {
             let Answer { path, ray, hit } = &answer;
             let surface = if hit.is_hit() {
                 let Some(page) = visit.page(page_of(hit)) else {
-                    set_aside.of(page_of(hit)).hits.push(answer);
+                    set_aside.hits.push((page_of(hit), answer));
                     continue;
                 };
                 surface_of(&locate_in(&page, hit))
