@@ -18,4 +18,4 @@ pub use journal::Journal;
 pub use scratch::{Begun, ScratchDir};
 pub use sort::ExternalSort;
 pub use spool::{Extent, Spool};
-pub use system::{peak_process_memory, process_memory, spare_memory};
+pub use system::{peak_process_memory, process_memory, refuse_huge_pages, spare_memory};

@@ -12,6 +12,14 @@ pub fn spare_memory() -> Option<u64> {
     limits.chain(system).min().map(|bytes: u64| bytes / 2)
 }
 
+/// Takes memory in small pages from here on, where the system would give huge ones unasked: of those more is taken than is
+/// used, which counts.
+pub fn refuse_huge_pages() {
+    // A system that does not know of it gives none.
+    #[cfg(target_os = "linux")]
+    let _ = rustix::thread::disable_transparent_huge_pages(true);
+}
+
 /// Memory that the process holds, in bytes. 0 where the system does not tell.
 pub fn process_memory() -> u64 {
     status_bytes("VmRSS:")

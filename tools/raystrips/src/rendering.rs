@@ -6,6 +6,7 @@ use crate::files::extension;
 use crate::residency::{self, Asked, Residency};
 use crate::unfinished::{Keeping, Numbering};
 use anyhow::{Result, bail};
+use raystrips_extmem::refuse_huge_pages;
 use raystrips_pack::Manifest;
 use raystrips_render::{
     Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
@@ -88,6 +89,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             Ok(Rendered { params, output, pages: Pages::of_scene(world.scene(), name) })
         }
         Residency::Paged { page_bytes, ray_bytes } => {
+            refuse_huge_pages();
             let Some((ordering, name)) = ordering(args.reorder) else {
                 return queued(path, args, (page_bytes, ray_bytes), keeping);
             };

@@ -44,7 +44,7 @@ const PATIENCE: Duration = Duration::from_micros(200);
 pub const QUEUED_PAGE_BYTES: u64 = size_of::<Waiting>() as u64 + 32;
 
 /// Bytes that each thread of [`render_queued`] takes beside pages and waiting rays.
-pub const QUEUED_THREAD_BYTES: u64 = 8 << 20;
+pub const QUEUED_THREAD_BYTES: u64 = 14 << 20;
 
 /// Which pages are read next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -10,7 +10,7 @@ const UNIT_BYTES: usize = 1 << 20;
 /// The allocator takes this part of it more, at about: queues of all sizes come and go.
 const ALLOCATOR_PART: usize = 3;
 /// Calls between looks at what the process has.
-const CALLS: u64 = 64;
+const CALLS: u64 = 16;
 
 /// What rays that wait have of the memory of a pool, in units.
 pub(super) struct RayMemory {
@@ -30,10 +30,12 @@ impl RayMemory {
     /// hold too many pages that is for the next time.
     pub fn follow(&self, bytes: usize, pool: &PagePool) {
         let units = (bytes + bytes / ALLOCATOR_PART).div_ceil(UNIT_BYTES);
-        let is_over =
-            self.calls.fetch_add(1, Ordering::Relaxed) % CALLS == 0 && process_memory() > self.process_bytes;
+        let over = match self.calls.fetch_add(1, Ordering::Relaxed) % CALLS {
+            0 => process_memory().saturating_sub(self.process_bytes) as usize,
+            _ => 0,
+        };
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        let units = if is_over { units.max(*taken + 1) } else { units };
+        let units = if over > 0 { units.max(*taken + over.div_ceil(UNIT_BYTES)) } else { units };
         while *taken < units && pool.give_away(UNIT_BYTES as u64) {
             *taken += 1;
         }
