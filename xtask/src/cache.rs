@@ -1,6 +1,6 @@
-//! A cache with blocks of any size that forgets what was not used for longest (LRU), set-associative or not.
+//! Caches that forget what was not used for longest (LRU): of blocks, set-associative or not, and of pages.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// How large a cache is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,13 +11,6 @@ pub struct Shape {
     pub blocks: u64,
     /// Blocks of a set; none: any block can be anywhere.
     pub ways: Option<u64>,
-}
-
-impl Shape {
-    /// A cache of so many bytes.
-    pub fn of_bytes(bytes: u64, block: u64, ways: Option<u64>) -> Shape {
-        Shape { block, blocks: (bytes / block).max(1), ways }
-    }
 }
 
 /// A cache that is simulated.
@@ -126,6 +119,43 @@ impl std::hash::Hasher for BlockHasher {
     }
 }
 
+/// A cache of pages of all sizes, as large as so many bytes of them.
+pub struct PageCache {
+    bytes: u64,
+    taken: u64,
+    /// Reads so far.
+    now: u64,
+    /// When each page that is there was used last.
+    used: HashMap<usize, u64>,
+    /// The pages and their bytes by that.
+    by_use: BTreeMap<u64, (usize, u64)>,
+}
+
+impl PageCache {
+    /// An empty one.
+    pub fn new(bytes: u64) -> PageCache {
+        PageCache { bytes, taken: 0, now: 0, used: HashMap::new(), by_use: BTreeMap::new() }
+    }
+
+    /// Reads something in a page of so many bytes. True if the page was not there.
+    pub fn read(&mut self, page: usize, bytes: u64) -> bool {
+        self.now += 1;
+        let before = self.used.insert(page, self.now).and_then(|before| self.by_use.remove(&before));
+        self.by_use.insert(self.now, (page, bytes));
+        if before.is_some() {
+            return false;
+        }
+        self.taken += bytes;
+        while self.taken > self.bytes
+            && let Some((_, (oldest, bytes))) = self.by_use.pop_first()
+        {
+            self.used.remove(&oldest);
+            self.taken -= bytes;
+        }
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,9 +181,17 @@ mod tests {
 
     #[test]
     fn a_long_read_takes_several_blocks() {
-        let mut cache = Cache::new(Shape::of_bytes(4096, 64, Some(8)));
+        let mut cache = Cache::new(Shape { block: 64, blocks: 64, ways: Some(8) });
         assert_eq!(cache.read(60, 70), 3);
         assert_eq!(cache.read(64, 64), 0);
+    }
+
+    #[test]
+    fn pages_go_until_there_is_room() {
+        let mut cache = PageCache::new(10);
+        let reads = [(1, 4), (2, 4), (1, 4), (3, 5), (1, 4), (2, 4), (3, 5)];
+        let misses = reads.map(|(page, bytes)| cache.read(page, bytes));
+        assert_eq!(misses, [true, true, false, true, false, true, true]);
     }
 
     /// The same as a list that is searched.

@@ -1,6 +1,6 @@
 //! A world that simulates caches with what its rays read.
 
-use crate::cache::{Cache, Shape};
+use crate::cache::{Cache, PageCache, Shape};
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_render::{Emitter, Surface, TracedWorld, World};
 use raystrips_tracer::{Access, OpenError, Part, Tracer};
@@ -21,25 +21,42 @@ pub struct Simulation {
     caches: Vec<Cache>,
     /// By cache.
     misses: Vec<ByPart>,
+    pages: Vec<Pages>,
+    /// Where pages begin in the file, and their bytes.
+    directory: Vec<(u64, u64)>,
     /// Rays so far.
     pub rays: u64,
-    pub dir: Vec<(u64, u64)>,
-    pub pcaches: Vec<(f64, PageLru)>,
-    pub paged: Vec<(f64, (u64, u64))>,
     /// Reads so far.
     pub reads: ByPart,
 }
 
+/// A cache of pages and what it missed.
+struct Pages {
+    cache: PageCache,
+    misses: u64,
+    bytes: u64,
+}
+
+/// What caches are simulated.
+pub struct Caches<'a> {
+    /// Of blocks.
+    pub blocks: &'a [Shape],
+    /// Of pages: the part of all pages that each holds.
+    pub page_shares: &'a [f64],
+}
+
 impl Simulation {
-    /// Empty caches of these shapes.
-    pub fn new(shapes: &[Shape]) -> Simulation {
+    fn new(world: &TracedWorld, caches: &Caches) -> Simulation {
+        let directory = world.scene().pack().directory.iter();
+        let directory: Vec<_> = directory.map(|page| (page.offset, u64::from(page.bytes))).collect();
+        let all = directory.iter().map(|(_, bytes)| bytes).sum::<u64>() as f64;
+        let pages = |&share: &f64| Pages { cache: PageCache::new((all * share) as u64), misses: 0, bytes: 0 };
         Simulation {
-            caches: shapes.iter().map(|&shape| Cache::new(shape)).collect(),
-            misses: vec![ByPart::default(); shapes.len()],
+            caches: caches.blocks.iter().map(|&shape| Cache::new(shape)).collect(),
+            misses: vec![ByPart::default(); caches.blocks.len()],
+            pages: caches.page_shares.iter().map(pages).collect(),
+            directory,
             rays: 0,
-            dir: vec![],
-            pcaches: vec![],
-            paged: vec![],
             reads: ByPart::default(),
         }
     }
@@ -47,52 +64,39 @@ impl Simulation {
     fn read(&mut self, access: Access) {
         let part = access.part as usize;
         self.reads[part] += 1;
-        if access.place < 1 << 48 {
-            let p = self.dir.partition_point(|d| d.0 <= access.place) - 1;
-            let bytes = self.dir[p].1;
-            for ((_, c), (_, r)) in self.pcaches.iter_mut().zip(&mut self.paged) {
-                if c.touch(p as u64, bytes) {
-                    r.0 += 1;
-                    r.1 += bytes;
-                }
-            }
-        }
         for (cache, misses) in self.caches.iter_mut().zip(&mut self.misses) {
             misses[part] += cache.read(access.place, access.bytes);
         }
+        if access.part == Part::Upper {
+            return;
+        }
+        let page = self.directory.partition_point(|&(begin, _)| begin <= access.place) - 1;
+        let (_, bytes) = self.directory[page];
+        for pages in &mut self.pages {
+            if pages.cache.read(page, bytes) {
+                pages.misses += 1;
+                pages.bytes += bytes;
+            }
+        }
     }
 
-    /// Misses of cache `i` so far, by part.
-    pub fn misses(&self, i: usize) -> ByPart {
-        self.misses[i]
+    /// Misses of cache `i` of blocks for each ray, by part.
+    pub fn misses_a_ray(&self, i: usize) -> [f64; Part::ALL.len()] {
+        self.misses[i].map(|misses| misses as f64 / self.rays as f64)
     }
 
-    /// Misses of cache `i` for each ray.
-    pub fn misses_a_ray(&self, i: usize) -> f64 {
-        self.misses[i].iter().sum::<u64>() as f64 / self.rays as f64
+    /// Pages and bytes that cache `i` of pages had to bring for each ray.
+    pub fn pages_a_ray(&self, i: usize) -> (f64, f64) {
+        let Pages { misses, bytes, .. } = self.pages[i];
+        (misses as f64 / self.rays as f64, bytes as f64 / self.rays as f64)
     }
 }
 
 impl SimulatedWorld {
-    /// Caches of these shapes under `world`.
-    pub fn new(world: TracedWorld, shapes: &[Shape]) -> SimulatedWorld {
-        let mut sim = Simulation::new(shapes);
-        sim.dir = world.scene().pack().directory.iter().map(|e| (e.offset, e.bytes as u64)).collect();
-        let total: u64 = sim.dir.iter().map(|d| d.1).sum();
-        for share in [0.5, 0.25, 0.1] {
-            sim.pcaches.push((
-                share,
-                PageLru {
-                    cap: (total as f64 * share) as u64,
-                    used: 0,
-                    clock: 0,
-                    at: Default::default(),
-                    by: Default::default(),
-                },
-            ));
-            sim.paged.push((share, (0, 0)));
-        }
-        SimulatedWorld { world, simulation: Mutex::new(sim) }
+    /// Empty caches under `world`.
+    pub fn new(world: TracedWorld, caches: &Caches) -> SimulatedWorld {
+        let simulation = Mutex::new(Simulation::new(&world, caches));
+        SimulatedWorld { world, simulation }
     }
 
     /// What came of it.
@@ -139,32 +143,5 @@ impl World for SimulatedWorld {
 
     fn emitters(&self) -> &[Emitter] {
         self.world.emitters()
-    }
-}
-
-pub struct PageLru {
-    cap: u64,
-    used: u64,
-    clock: u64,
-    at: std::collections::HashMap<u64, u64>,
-    by: std::collections::BTreeMap<u64, (u64, u64)>,
-}
-impl PageLru {
-    fn touch(&mut self, p: u64, bytes: u64) -> bool {
-        self.clock += 1;
-        if let Some(t) = self.at.insert(p, self.clock) {
-            if let Some(v) = self.by.remove(&t) {
-                self.by.insert(self.clock, v);
-            }
-            return false;
-        }
-        self.by.insert(self.clock, (p, bytes));
-        self.used += bytes;
-        while self.used > self.cap {
-            let (_, (q, b)) = self.by.pop_first().unwrap();
-            self.at.remove(&q);
-            self.used -= b;
-        }
-        true
     }
 }

@@ -152,6 +152,17 @@ pub enum CurveName {
     Hilbert,
 }
 
+/// What finds where rays probably hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum HitProxyName {
+    /// The smallest proxy of the pack: it fits the processor's cache.
+    Coarse,
+    /// The largest.
+    Fine,
+    /// None: boxes of geometries alone.
+    None,
+}
+
 /// Orders of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum ReorderName {
@@ -279,6 +290,10 @@ pub struct RenderArgs {
     /// The curve along which rays are sorted, for orders that sort.
     #[arg(long, value_enum, value_name = "CURVE", default_value = "z")]
     pub curve: CurveName,
+
+    /// What finds where rays probably hit, for orders that ask for that.
+    #[arg(long, value_enum, value_name = "PROXY", default_value = "coarse")]
+    pub hit_proxy: HitProxyName,
 
     /// Memory for rays that are to be sorted; by default a part of --memory.
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]

@@ -7,12 +7,13 @@ use crate::residency::{self, Asked, Residency};
 use crate::unfinished::{Keeping, Numbering};
 use anyhow::{Result, bail};
 use raystrips_extmem::refuse_huge_pages;
-use raystrips_pack::Manifest;
+use raystrips_pack::{Manifest, Pack};
 use raystrips_render::{
     Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
     Schedule, TracedWorld, World, render_ordered, render_queued, render_tiles,
 };
-use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, ProxyKind, Scene};
+use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, Scene};
+use std::fs::File;
 use std::path::Path;
 
 /// Bytes of a chunk (Moon et al. 2010, section 6.1), and the part of the memory for pages that one may take.
@@ -57,6 +58,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
         pixels: u64::from(args.size.0) * u64::from(args.size.1),
         aovs: has_aovs(args),
         threads: threads as u64,
+        hit_proxy: ordering(args.reorder).filter(|(o, _)| o.needs_hit_points()).map(|_| args.hit_proxy),
     };
     let scratch = args.convert.source.scratch.as_deref();
     if let Some(missing) = scratch.filter(|folder| ordering(args.reorder).is_some() && !folder.is_dir()) {
@@ -75,7 +77,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
                 }
                 Some((ordering, _)) => {
                     let geometries = world.scene().geometry_bounds();
-                    let hit_points = hit_points(path, ordering, geometries, &world)?;
+                    let hit_points = hit_points(path, args, ordering, geometries, &world)?;
                     let buffer_bytes = args.ray_buffer.unwrap_or(ray_bytes).min(ray_bytes);
                     let order = order_params(args, ordering, buffer_bytes, hit_points.as_ref());
                     let order = OrderParams { scratch: None, ..order };
@@ -100,7 +102,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes)?);
             let pack = world.pool().pack();
             let params = params(args, &pack.manifest)?;
-            let hit_points = hit_points(path, ordering, &pack.geometry_bounds, &world)?;
+            let hit_points = hit_points(path, args, ordering, &pack.geometry_bounds, &world)?;
             let order = order_params(args, ordering, buffer_bytes, hit_points.as_ref());
             let mut output = match ordering {
                 Ordering::None => keeping.to_the_end(&params, (pack, Numbering::Tiles), |begin, watch| {
@@ -182,10 +184,10 @@ fn order_params<'a>(
     }
 }
 
-/// What finds approximate hit points, for orderings that need them: by the smallest proxy, since it must fit the
-/// processor's cache, or by boxes alone where the pack has none.
+/// What finds approximate hit points, for orderings that need them: by boxes alone where the pack has no proxy.
 fn hit_points(
     path: &Path,
+    args: &RenderArgs,
     ordering: Ordering,
     geometries: &[GeometryBounds],
     world: &dyn World,
@@ -193,9 +195,9 @@ fn hit_points(
     if !ordering.needs_hit_points() {
         return Ok(None);
     }
-    let proxy = match Scene::open_proxy(path, ProxyKind::Coarse)? {
-        Some(coarse) => Some(coarse),
-        None => Scene::open_proxy(path, ProxyKind::Fine)?,
+    let proxy = match residency::hit_proxy(&Pack::open(&mut File::open(path)?)?, args.hit_proxy) {
+        Some(kind) => Scene::open_proxy(path, kind)?,
+        None => None,
     };
     Ok(Some(HitPoints::new(proxy, geometries, &world.bounds())))
 }

@@ -1,6 +1,6 @@
 //! How a pack is rendered in the memory that there is.
 
-use crate::args::ReorderName;
+use crate::args::{HitProxyName, ReorderName};
 use crate::units::bytes;
 use anyhow::{Context, Result, bail};
 use raystrips_extmem::spare_memory;
@@ -8,7 +8,7 @@ use raystrips_pack::Pack;
 use raystrips_render::{
     Film, ORDERED_THREAD_BYTES, QUEUED_PAGE_BYTES, QUEUED_THREAD_BYTES, WRITTEN_PIXEL_BYTES,
 };
-use raystrips_tracer::PagePool;
+use raystrips_tracer::{PagePool, ProxyKind};
 use std::fs::File;
 use std::path::Path;
 
@@ -44,15 +44,29 @@ pub struct Asked {
     /// With albedo and normal.
     pub aovs: bool,
     pub threads: u64,
+    /// What is to find approximate hit points, if they are needed.
+    pub hit_proxy: Option<HitProxyName>,
+}
+
+/// The proxy of the pack that is meant, or the next best.
+pub fn hit_proxy(pack: &Pack, name: HitProxyName) -> Option<ProxyKind> {
+    let kinds = match name {
+        HitProxyName::Coarse => [ProxyKind::Coarse, ProxyKind::Fine],
+        HitProxyName::Fine => [ProxyKind::Fine, ProxyKind::Coarse],
+        HitProxyName::None => return None,
+    };
+    kinds.into_iter().find(|&kind| pack.proxy(kind).is_some())
 }
 
 /// Decides how the pack at `path` is rendered.
 pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
-    let Asked { memory, reorder, pixels, aovs, threads } = *asked;
+    let Asked { memory, reorder, pixels, aovs, threads, hit_proxy: asked_proxy } = *asked;
     let pack =
         File::open(path).map_err(raystrips_pack::PackError::from).and_then(|mut file| Pack::open(&mut file));
     let pack = pack.with_context(|| path.display().to_string())?;
-    let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs);
+    let proxy = asked_proxy.and_then(|name| hit_proxy(&pack, name)).and_then(|kind| pack.proxy(kind));
+    let proxy_bytes = proxy.map_or(0, |(_, bytes)| bytes);
+    let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs) + proxy_bytes;
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
     let rays = if matches!(reorder, ReorderName::None | ReorderName::Auto) { 0 } else { LEAST_RAY_BYTES };
     let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes + rays;

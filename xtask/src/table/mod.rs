@@ -33,10 +33,13 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "proxy" if !models.is_empty() => proxy::print(models)?,
         "layout" => layout::print(models)?,
         "massive" => massive::print(models)?,
-        "orderings" | "buffer" | "memory-share" | "threads" | "small" => orders::print(name, models)?,
+        "orderings" | "buffer" | "proxy-size" | "io" | "memory-share" | "threads" | "multi-bvh" | "small" => {
+            orders::print(name, models)?;
+        }
         _ => bail!(
             "usage: cargo xtask table basics MODEL...\n       \
-             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}\n       {}",
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}\n       {}\n       {}",
+            layout::USAGE,
             proxy::USAGE,
             massive::USAGE,
             orders::USAGE

@@ -2,17 +2,19 @@
 //! Yoon 2010, section 7).
 
 mod limited;
+mod multi_bvh;
 mod plot;
+mod small;
 
 use crate::compare::programs;
 use crate::flags::Flags;
 use anyhow::{Context, Result, bail};
 use limited::{DISKS, Disk, Limited, Measured};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 /// How it is called.
-pub const USAGE: &str = "cargo xtask table orderings|buffer|memory-share|threads|small -o DIR [--limits with_limits.sh] \
+pub const USAGE: &str = "cargo xtask table orderings|buffer|proxy-size|io|memory-share|threads|multi-bvh|small -o DIR [--limits with_limits.sh] \
      [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell] [--size 640x480] [--spp 8] [--threads 2] \
      [--seconds 300] [--plot OUT.svg] [--pack FILE.rsp]";
 
@@ -79,6 +81,9 @@ pub fn print(name: &str, arguments: &[String]) -> Result<()> {
         "buffer" => setting.buffer(&pack),
         "memory-share" => setting.memory(&pack),
         "threads" => setting.threads(&pack),
+        "proxy-size" => setting.proxy_size(&pack),
+        "io" => setting.io(&pack),
+        "multi-bvh" => setting.multi_bvh(&pack),
         "small" => setting.small(&pack),
         _ => bail!("usage: {USAGE}"),
     }
@@ -125,7 +130,10 @@ impl Setting {
     }
 
     fn rendered(&self) -> Result<Rendered> {
-        let path = self.pack()?;
+        self.opened(self.pack()?)
+    }
+
+    fn opened(&self, path: PathBuf) -> Result<Rendered> {
         let info =
             programs::json(Command::new(&self.limited.raystrips).arg("info").arg("--json").arg(&path))?;
         let bytes = std::fs::metadata(&path)?.len();
@@ -209,6 +217,54 @@ impl Setting {
         Ok(())
     }
 
+    /// Table II: the size of the proxy that finds approximate hit points.
+    fn proxy_size(&self, pack: &Rendered) -> Result<()> {
+        let memory = pack.share(self.scene.percent);
+        println!("| proxy | rays | Mrays/s | paper, s | {COUNT_HEADS} |\n|---|---:|---:|---:|{COUNT_LINE}|");
+        let rows = [
+            ("none", "boxes of geometries alone", ""),
+            ("coarse", "20,000 triangles", "10,644 (0.0125 %), 10,342 (0.05 %)"),
+            ("fine", "2 %", "10,314"),
+        ];
+        for (proxy, name, paper) in rows {
+            let options = ["--reorder", "hph", "--hit-proxy", proxy];
+            let measured = self.limited.render(&pack.path, &options, (Some(memory), self.disk))?;
+            println!(
+                "| {name} | {:.1}M | {:.4} | {paper} | {} |",
+                measured.rays / 1e6,
+                measured.rate(),
+                counts(&measured, pack, self.limited.threads)
+            );
+        }
+        Ok(())
+    }
+
+    /// Figure 6 and section 5.1: what is read, and how fast.
+    fn io(&self, pack: &Rendered) -> Result<()> {
+        let limits = (Some(pack.share(self.scene.percent)), self.disk);
+        println!("| order | rays | reads/Mray | fewer | KB a read | MB/s | more | paper |");
+        println!("|---|---:|---:|---:|---:|---:|---:|---|");
+        let speed = |m: &Measured| m.disk_bytes / m.seconds / 1e6;
+        let reads = |m: &Measured| m.per_million(m.disk_reads);
+        let none = self.limited.render(&pack.path, &["--reorder", "none"], limits)?;
+        let row = |order: &str, m: &Measured, paper: &str| {
+            println!(
+                "| {order} | {:.1}M | {:.0} | {:.1} % | {:.1} | {:.1} | {:.0} % | {paper} |",
+                m.rays / 1e6,
+                reads(m),
+                100.0 * (1.0 - reads(m) / reads(&none)),
+                m.disk_bytes / m.disk_reads / 1e3,
+                speed(m),
+                100.0 * (speed(m) / speed(&none) - 1.0),
+            );
+        };
+        row("none", &none, "");
+        for (order, paper) in [("hph", "93.6 % fewer, 208.5 % more MB/s"), ("chunks", ""), ("queues", "")] {
+            row(order, &self.limited.render(&pack.path, &["--reorder", order], limits)?, paper);
+        }
+        Ok(())
+    }
+
     /// Figure 7: the share of the pack that is in memory.
     fn memory(&self, pack: &Rendered) -> Result<()> {
         const ORDERS: [&str; 4] = ["none", "hph", "chunks", "queues"];
@@ -270,33 +326,7 @@ impl Setting {
         }
         Ok(())
     }
-
-    /// All orders with everything in memory.
-    fn small(&self, pack: &Rendered) -> Result<()> {
-        println!("| order | rays | Mrays/s | over none | overhead |\n|---|---:|---:|---:|---:|");
-        let orders = ["none"].iter().chain(&PAPER_ORDERS).chain(&OTHER_ORDERS);
-        let mut none = None;
-        for order in orders {
-            let mut runs: Vec<Measured> = (0..REPEAT)
-                .map(|_| self.limited.render(&pack.path, &["--reorder", order], (None, &DISKS[3])))
-                .collect::<Result<_>>()?;
-            runs.sort_by(|a, b| a.rate().total_cmp(&b.rate()));
-            let measured = &runs[REPEAT / 2];
-            let none = *none.get_or_insert(measured.rate());
-            println!(
-                "| {order} | {:.1}M | {:.3} | {:.2} | {:.1} % |",
-                measured.rays / 1e6,
-                measured.rate(),
-                measured.rate() / none,
-                overhead(measured, self.limited.threads)
-            );
-        }
-        Ok(())
-    }
 }
-
-/// Runs of which the median is taken, where they are short.
-const REPEAT: usize = 3;
 
 const COUNT_HEADS: &str =
     "rays/page | waiting | overhead | pages read/Mray | MB/Mray | reads/Mray | peak MiB, with page cache";
