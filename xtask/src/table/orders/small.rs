@@ -29,7 +29,7 @@ impl Setting {
         let own = [1, 2].map(own_cache);
         let shapes: Vec<Shape> = own.into_iter().chain([PAPER_CACHE]).map(shape).collect();
         let heads = shapes.iter().map(|s| {
-            format!("misses a ray, {} KiB {}-way", s.block * s.blocks >> 10, s.ways.unwrap_or(s.blocks))
+            format!("misses a ray, {} KiB {}-way", (s.block * s.blocks) >> 10, s.ways.unwrap_or(s.blocks))
         });
         let heads: Vec<String> = heads.collect();
         println!("| order | rays | Mrays/s | over none | overhead | {} |", heads.join(" | "));
