@@ -50,7 +50,8 @@ fn a_full_disk_leaves_nothing() {
     std::fs::create_dir(folder.path("full")).unwrap();
     // Rays that are sorted, with too little memory for those of a generation, go to the small disk as well.
     let least = "use --memory ";
-    let sorted = "render hills.rsp -o a.exr --size 256x256 --spp 4 --reorder origin --threads 1 --scratch full";
+    let sorted =
+        "render hills.rsp -o a.exr --size 256x256 --spp 4 --reorder origin --threads 1 --scratch full";
     let outcome = folder.run(&format!("{sorted} --memory 1M"));
     let memory = outcome.stderr.split(least).nth(1).expect("an option that would do").trim().to_owned();
     let sorted = format!("{sorted} --memory {memory}");
