@@ -12,6 +12,8 @@ const LEFT: f64 = 70.0;
 const BOTTOM: f64 = 50.0;
 const RIGHT: f64 = 130.0;
 const TOP: f64 = 20.0;
+/// Of text.
+const LINE_HEIGHT: f64 = 14.0;
 const COLORS: [&str; 6] = ["#1b6ca8", "#c8553d", "#588b3d", "#7d4fa0", "#b8860b", "#444444"];
 
 /// Draws lines over axes with these names; both are logarithmic.
@@ -42,11 +44,17 @@ pub fn lines(x_name: &str, y_name: &str, lines: &[Line]) -> String {
     for y in decades(y_range) {
         text(LEFT - 6.0, y_of(y) + 4.0, "end", &y.to_string());
     }
-    for (i, (name, points)) in lines.iter().enumerate() {
-        let end = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((x, y)) = end {
-            text(x_of(x) + 8.0, y_of(y) + 4.0 + (i % 2) as f64 * 2.0, "start", name);
-        }
+    let end = |points: &[(f64, f64)]| points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = lines.iter().filter_map(|(name, points)| Some((end(points)?, name)));
+    let mut names: Vec<(f64, f64, &str)> =
+        ends.map(|((x, y), name)| (y_of(y) + 4.0, x_of(x) + 8.0, name.as_str())).collect();
+    names.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut least = f64::NEG_INFINITY;
+    for (y, x, name) in names {
+        // Lines may end at the same place.
+        let y = y.max(least);
+        text(x, y, "start", name);
+        least = y + LINE_HEIGHT;
     }
     for y in decades(y_range) {
         let y = y_of(y);
@@ -89,5 +97,16 @@ mod tests {
         assert_eq!(numbers("cx").len(), 2);
         assert!(numbers("cx").iter().all(|&x| (LEFT..=WIDTH - RIGHT).contains(&x)));
         assert!(numbers("cy").iter().all(|&y| (TOP..=HEIGHT - BOTTOM).contains(&y)));
+    }
+
+    #[test]
+    fn names_of_lines_that_end_together_are_apart() {
+        let line = |name: &str| (name.to_owned(), vec![(10.0, 1.0), (100.0, 2.0)]);
+        let svg = lines("part", "rate", &[line("first"), line("second")]);
+        let place = |name: &str| -> f64 {
+            let text = svg.lines().find(|line| line.ends_with(&format!(">{name}</text>"))).unwrap();
+            text.split("y=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
+        };
+        assert!((place("first") - place("second")).abs() >= LINE_HEIGHT);
     }
 }
