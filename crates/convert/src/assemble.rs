@@ -127,6 +127,9 @@ fn clusters_of_page(clusters: &[Cluster], page_size: usize) -> usize {
     clusters.len()
 }
 
+/// Zeros before the strips and the vertices of a cluster, at about.
+const CLUSTER_PADDING: usize = 6;
+
 /// Bytes of a cluster in a page with its share of the page's nodes.
 fn estimated_bytes(cluster: &Cluster) -> usize {
     let runs = cluster.strips.chunk_by(|a, b| a.geometry == b.geometry).count();
@@ -135,6 +138,7 @@ fn estimated_bytes(cluster: &Cluster) -> usize {
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
         + strips_bytes(cluster.strips.iter().map(|s| s.sources.len()))
+        + CLUSTER_PADDING
         + VertexCode::of(&cluster.vertices).byte_count()
         + (cluster.groups.len() + nodes_above) * size_of::<WideNode>()
 }
@@ -144,11 +148,9 @@ fn build_page<'a>(built: &'a StripTree, roots: &[(u32, &'a Bvh)]) -> (PageBuilde
     let first_group = roots[0].1.items().start;
     let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
-    let mut page =
-        PageContents { built, builder: PageBuilder::default(), first_cluster, first_strips: Vec::new() };
+    let mut page = PageContents { built, builder: PageBuilder::default(), first_cluster };
     for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
-        let strips = cluster.strips.iter().map(strip_parts).collect();
-        page.first_strips.push(page.builder.cluster(&cluster.vertices, strips).1);
+        page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
     }
     let first = page.builder.reserve_nodes(roots.len());
     let depths =
@@ -165,8 +167,6 @@ struct PageContents<'a> {
     built: &'a StripTree,
     builder: PageBuilder<'a>,
     first_cluster: u32,
-    /// Number of the first strip of each cluster.
-    first_strips: Vec<u16>,
 }
 
 impl PageContents<'_> {
@@ -189,8 +189,7 @@ impl PageContents<'_> {
         let (cluster, place) = self.built.groups[group];
         let built = &self.built.clusters[cluster as usize];
         let strips = built.groups[place as usize].clone();
-        let cluster = (cluster - self.first_cluster) as u8;
-        let first = self.first_strips[usize::from(cluster)] + strips.start as u16;
+        let (cluster, first) = ((cluster - self.first_cluster) as u8, strips.start as u16);
         let bounds: Vec<Aabb> = built.strips[strips].iter().map(|s| s.bounds).collect();
         self.builder.set_node(number, bounds, Children::Strips { cluster, first });
     }

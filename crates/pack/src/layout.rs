@@ -9,7 +9,7 @@ use raystrips_geom::{Aabb, NodeGrid, PageGrid, Subgrid};
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].
@@ -28,7 +28,7 @@ pub const MAX_CLUSTER_VERTICES: usize = 256;
 pub const MAX_PAGE_NODES: usize = 1 << 16;
 /// Most clusters of a page, so that a byte names one.
 pub const MAX_PAGE_CLUSTERS: usize = 256;
-/// Most strips of a page, so that 16 bits name one.
+/// Most numbers of strips of a page: 16 bits name one.
 pub const MAX_PAGE_STRIPS: usize = 1 << 16;
 /// Most triangles of a strip.
 pub const MAX_STRIP_TRIANGLES: usize = 255;
@@ -286,16 +286,14 @@ pub struct PageHeader {
     pub grid_origin: [f32; 3],
     /// log2 of the distance between planes of each axis.
     pub grid_exponent: [i8; 3],
-    /// Most windows of a strip. Where it is 1, strips are found by their number.
+    /// Most windows of a strip. Where it is 1, the number of a strip says where it is.
     pub max_windows: u8,
     /// Strips of all clusters.
     pub strip_count: u32,
-    /// Bytes of the strips.
-    pub strip_bytes: u32,
-    /// Where the nodes begin, from the beginning of the page: a multiple of a cache line. The strips follow them.
+    /// Where the nodes begin, from the beginning of the page: a multiple of a cache line.
     pub nodes_offset: u32,
     /// Zero.
-    pub reserved: [u32; 5],
+    pub reserved: [u32; 6],
 }
 
 impl PageHeader {
@@ -305,8 +303,7 @@ impl PageHeader {
     }
 }
 
-/// Where a cluster is in its page. Its vertices and its geometry runs follow each other there; its strips are among
-/// those of the page.
+/// Where a cluster is in its page. Its strips, its vertices and its geometry runs follow each other there.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ClusterHeader {
@@ -316,7 +313,7 @@ pub struct ClusterHeader {
     pub first_triangle: u32,
     /// Triangles.
     pub triangle_count: u16,
-    /// Strips of the clusters before this one.
+    /// Number of the first strip; the others count up from there.
     pub first_strip: u16,
     /// Strips.
     pub strip_count: u16,

@@ -48,7 +48,6 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
             grid_exponent,
             max_windows,
             strip_count,
-            strip_bytes,
             nodes_offset,
             reserved
         }),

@@ -318,7 +318,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         // No branch: nobody can foretell which it is.
         let (bytes, size) = match self.link & STRIP_LINK {
             0 => (nodes, size_of::<WideNode>()),
-            _ => (self.page.strip_bytes(), WINDOW_RECORD_BYTES),
+            _ => (self.page.bytes(), WINDOW_RECORD_BYTES),
         };
         if let Some(byte) = bytes.get(number * size) {
             s.prefetch(byte);

@@ -39,7 +39,7 @@ pub enum Command {
 /// How a conversion is done.
 #[derive(Args, Debug, Clone)]
 pub struct ConvertOptions {
-    /// Bytes of a page, the unit of reading: 4K to 1M.
+    /// Bytes of a page, the unit of reading: 4K to 512K.
     #[arg(long, value_name = "SIZE", default_value = "64K", value_parser = parse_page_size)]
     pub page_size: u32,
 
@@ -398,8 +398,8 @@ fn parse_positions(text: &str) -> Result<Positions, String> {
 
 fn parse_page_size(text: &str) -> Result<u32, String> {
     match parse_size(text)? {
-        size @ 4096..=1_048_576 => Ok(size as u32),
-        _ => Err("a page has 4K to 1M bytes".into()),
+        size @ 4096..=524_288 => Ok(size as u32),
+        _ => Err("a page has 4K to 512K bytes".into()),
     }
 }
 
@@ -430,6 +430,6 @@ mod tests {
         assert_eq!(parse_picture_size("640x480"), Ok((640, 480)));
         assert!(parse_picture_size("0x480").is_err());
         assert_eq!(parse_page_size("64K"), Ok(65536));
-        assert!(parse_page_size("2M").is_err());
+        assert!(parse_page_size("1M").is_err());
     }
 }

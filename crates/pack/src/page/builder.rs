@@ -3,7 +3,9 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::ByteCounts;
-use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, push_long, push_window};
+use crate::strip_record::{
+    PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, WINDOW_RECORD_BYTES, push_long, push_window,
+};
 use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
 use raystrips_geom::strip::PlaneSplit;
@@ -31,7 +33,7 @@ pub enum Children {
     Strips {
         /// Number of the cluster.
         cluster: u8,
-        /// Number of the first strip.
+        /// Place of the first strip in the cluster.
         first: u16,
     },
 }
@@ -74,20 +76,19 @@ pub struct BuiltPage {
 }
 
 impl<'a> PageBuilder<'a> {
-    /// Adds a cluster and gives its number and that of its first strip.
+    /// Adds a cluster and gives its number.
     ///
     /// # Panics
     /// If there are no or too many vertices or strips, or too many clusters.
-    pub fn cluster(&mut self, vertices: &'a [Vec3], strips: Vec<StripParts<'a>>) -> (u8, u16) {
+    pub fn cluster(&mut self, vertices: &'a [Vec3], strips: Vec<StripParts<'a>>) -> u8 {
         let count = vertices.len();
         assert!((1..=MAX_CLUSTER_VERTICES).contains(&count), "{count} vertices in a cluster");
         assert!(!strips.is_empty(), "no strips in a cluster");
         assert!(self.clusters.len() < MAX_PAGE_CLUSTERS, "too many clusters in a page");
-        let first_strip = self.strip_count;
         self.strip_count += strips.len();
         assert!(self.strip_count <= MAX_PAGE_STRIPS, "too many strips in a page");
         self.clusters.push(Cluster { vertices, strips });
-        ((self.clusters.len() - 1) as u8, first_strip as u16)
+        (self.clusters.len() - 1) as u8
     }
 
     /// Makes room for `count` nodes one after the other and gives the number of the first.
@@ -120,46 +121,30 @@ impl<'a> PageBuilder<'a> {
         let bounds = nodes.iter().flat_map(|n| &n.bounds).fold(Aabb::EMPTY, |all, b| all.union(*b));
         let grid = PageGrid::covering(&bounds);
         let mut counts = ByteCounts::default();
-        let strips = self.clusters.iter().flat_map(|c| &c.strips);
-        let (strip_records, max_windows) = strip_records(strips, self.strip_count, grid, &mut counts);
-        let blobs_begin = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
-        let mut headers: Vec<ClusterHeader> = Vec::with_capacity(self.clusters.len());
-        let mut blobs = Vec::new();
-        let (mut triangles, mut strips) = (0, 0);
-        for cluster in &self.clusters {
-            let offset = (blobs_begin + blobs.len()) as u32;
-            let header = cluster.write(&mut blobs, &mut counts)?;
-            headers.push(ClusterHeader {
-                offset,
-                first_triangle: triangles,
-                first_strip: strips as u16,
-                ..header
-            });
-            triangles += u32::from(header.triangle_count);
-            strips += cluster.strips.len();
-        }
-        let nodes_offset = (blobs_begin + blobs.len()).next_multiple_of(size_of::<WideNode>());
+        let strips = || self.clusters.iter().flat_map(|c| &c.strips);
+        let max_windows = strips().map(|s| s.turns.len()).max().unwrap_or(0);
+        let headers_end = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
+        let body = write_clusters(&self.clusters, headers_end, (max_windows > 1, grid), &mut counts)?;
+        let nodes_offset = (headers_end + body.bytes.len()).next_multiple_of(size_of::<WideNode>());
+        let stored: Vec<WideNode> = nodes.iter().map(|node| node.on_grid(grid, &body.headers)).collect();
         let header = PageHeader {
             last_node: (nodes.len() - 1) as u16,
-            cluster_count: headers.len() as u16,
-            triangle_count: triangles,
+            cluster_count: body.headers.len() as u16,
+            triangle_count: body.triangle_count,
             first_triangle,
             grid_origin: grid.origin.to_array(),
             grid_exponent: grid.exponent,
-            max_windows,
+            max_windows: max_windows as u8,
             strip_count: self.strip_count as u32,
-            strip_bytes: strip_records.len() as u32,
             nodes_offset: nodes_offset as u32,
-            reserved: [0; 5],
+            reserved: [0; 6],
         };
-        let stored: Vec<WideNode> = nodes.iter().map(|node| node.on_grid(grid)).collect();
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
-        bytes.extend_from_slice(bytemuck::cast_slice(&headers));
-        bytes.append(&mut blobs);
+        bytes.extend_from_slice(bytemuck::cast_slice(&body.headers));
+        bytes.extend_from_slice(&body.bytes);
         bytes.resize(nodes_offset, 0);
         bytes.extend_from_slice(bytemuck::cast_slice(&stored));
-        bytes.extend_from_slice(&strip_records);
-        let reach = headers.iter().map(|h| h.offset as usize + VERTEX_REACH).max().unwrap_or(0);
+        let reach = body.headers.iter().map(|h| h.offset as usize + VERTEX_REACH).max().unwrap_or(0);
         bytes.resize(bytes.len().max(reach), 0);
         counts.nodes = size_of_val(&stored[..]) as u64;
         counts.page_overhead = bytes.len() as u64
@@ -170,7 +155,7 @@ impl<'a> PageBuilder<'a> {
             - counts.strip_trees;
         Ok(BuiltPage {
             bytes,
-            triangle_count: triangles,
+            triangle_count: body.triangle_count,
             node_count: stored.len() as u32,
             strip_count: self.strip_count as u64,
             cluster_count: self.clusters.len() as u64,
@@ -180,7 +165,7 @@ impl<'a> PageBuilder<'a> {
 }
 
 impl Node {
-    fn on_grid(&self, page: PageGrid) -> WideNode {
+    fn on_grid(&self, page: PageGrid, clusters: &[ClusterHeader]) -> WideNode {
         let all = self.bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
         let grid = Subgrid::covering(page, &all);
         let (mut lo, mut hi) = ([[255; WIDTH]; 3], [[0; WIDTH]; 3]);
@@ -193,7 +178,10 @@ impl Node {
         let count = self.bounds.len() as u8;
         let (first, cluster, count) = match self.children {
             Children::Nodes(first) => (first, 0, count),
-            Children::Strips { cluster, first } => (first, cluster, count | WideNode::STRIPS),
+            Children::Strips { cluster, first } => {
+                let first = clusters[usize::from(cluster)].first_strip + first;
+                (first, cluster, count | WideNode::STRIPS)
+            }
         };
         WideNode {
             origin: grid.origin,
@@ -246,29 +234,70 @@ impl Cluster<'_> {
     }
 }
 
-/// The strips as stored, and the most windows of one.
-fn strip_records<'a>(
-    strips: impl Iterator<Item = &'a StripParts<'a>> + Clone,
-    count: usize,
-    grid: PageGrid,
+/// Clusters as stored.
+struct Body {
+    /// What follows the headers.
+    bytes: Vec<u8>,
+    headers: Vec<ClusterHeader>,
+    triangle_count: u32,
+}
+
+/// Writes the clusters of a page, which begin at `begin` there, with a table of places if strips are long.
+fn write_clusters(
+    clusters: &[Cluster],
+    begin: usize,
+    (is_long, grid): (bool, PageGrid),
     counts: &mut ByteCounts,
-) -> (Vec<u8>, u8) {
-    let max_windows = strips.clone().map(|s| s.turns.len()).max().unwrap_or(0);
-    let mut records = Vec::new();
-    if max_windows == 1 {
-        strips.for_each(|strip| push_window(&mut records, strip.turns[0], strip.refs));
-    } else {
-        records.resize(PLACE_BYTES * count, 0);
-        for (i, strip) in strips.enumerate() {
-            let place = records.len() as u32;
-            records[PLACE_BYTES * i..][..PLACE_BYTES].copy_from_slice(&place.to_le_bytes());
-            let tree: Vec<SplitNode> = strip.splits.iter().map(|s| split_on_grid(s, grid)).collect();
-            push_long(&mut records, &tree, strip.turns, strip.refs);
-            counts.strip_trees += (tree.len() * SPLIT_BYTES) as u64;
-        }
+) -> Result<Body, PackError> {
+    let mut body = Body { bytes: Vec::new(), headers: Vec::with_capacity(clusters.len()), triangle_count: 0 };
+    let mut strip_count = 0;
+    if is_long {
+        body.bytes.resize(PLACE_BYTES * clusters.iter().map(|c| c.strips.len()).sum::<usize>(), 0);
+        counts.indices += body.bytes.len() as u64;
     }
-    counts.indices += records.len() as u64 - counts.strip_trees;
-    (records, max_windows as u8)
+    for cluster in clusters {
+        let out = &mut body.bytes;
+        let first_strip = if is_long {
+            let first = strip_count;
+            for strip in &cluster.strips {
+                let place = (begin + out.len()) as u32;
+                out[PLACE_BYTES * strip_count..][..PLACE_BYTES].copy_from_slice(&place.to_le_bytes());
+                push_long_strip(out, strip, grid, counts);
+                strip_count += 1;
+            }
+            first
+        } else {
+            pad(out, begin, WINDOW_RECORD_BYTES);
+            let first = (begin + out.len()) / WINDOW_RECORD_BYTES;
+            cluster.strips.iter().for_each(|strip| push_window(out, strip.turns[0], strip.refs));
+            counts.indices += (WINDOW_RECORD_BYTES * cluster.strips.len()) as u64;
+            first
+        };
+        if first_strip + cluster.strips.len() > MAX_PAGE_STRIPS {
+            return Err(PackError::TooLarge("more in a page than 16 bits can tell of its strips".into()));
+        }
+        pad(out, begin, align_of::<GeometryRun>());
+        let offset = (begin + out.len()) as u32;
+        let header = cluster.write(out, counts)?;
+        let (first_triangle, first_strip) = (body.triangle_count, first_strip as u16);
+        body.triangle_count += u32::from(header.triangle_count);
+        body.headers.push(ClusterHeader { offset, first_triangle, first_strip, ..header });
+    }
+    Ok(body)
+}
+
+/// Appends zeros until a multiple of `unit` follows, counted from the beginning of the page.
+fn pad(out: &mut Vec<u8>, begin: usize, unit: usize) {
+    out.resize((begin + out.len()).next_multiple_of(unit) - begin, 0);
+}
+
+fn push_long_strip(out: &mut Vec<u8>, strip: &StripParts, grid: PageGrid, counts: &mut ByteCounts) {
+    let before = out.len();
+    let tree: Vec<SplitNode> = strip.splits.iter().map(|s| split_on_grid(s, grid)).collect();
+    push_long(out, &tree, strip.turns, strip.refs);
+    let tree_bytes = (tree.len() * SPLIT_BYTES) as u64;
+    counts.strip_trees += tree_bytes;
+    counts.indices += (out.len() - before) as u64 - tree_bytes;
 }
 
 fn split_on_grid(split: &PlaneSplit, grid: PageGrid) -> SplitNode {

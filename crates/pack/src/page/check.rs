@@ -7,6 +7,7 @@ use crate::nodes::{Child, check_nodes};
 use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, StripView, WINDOW_RECORD_BYTES, WindowHead};
 use crate::vertices::VERTEX_REACH;
 use raystrips_geom::strip::WINDOW_TRIANGLES;
+use std::ops::Range;
 
 /// Checks the checksum of a page, then every offset, reference and number in it. `depth_limit` bounds the
 /// levels of nodes. Gives the view of the good page.
@@ -51,37 +52,45 @@ fn check_contents(
     if !grid_is_sane(header) {
         return Err("bad grid".into());
     }
-    if header.reserved != [0; 5] || header.max_windows == 0 {
+    if header.reserved != [0; 6] || header.max_windows == 0 {
         return Err("bad header".into());
     }
-    check_strip_places(view)?;
     let last_triangle = header.first_triangle.checked_add(u64::from(header.triangle_count));
     last_triangle.ok_or("triangle number beyond 64 bits")?;
-    let mut end = size_of_val(header) + size_of_val(view.clusters);
+    let is_long = header.max_windows > 1;
+    let mut end = view.places_offset() + if is_long { PLACE_BYTES * view.strip_count() } else { 0 };
     let (mut triangles, mut strips) = (0, 0);
     for i in 0..view.cluster_count() {
         let place = |what: &str| format!("cluster {i}: {what}");
         let header = &view.clusters[i];
-        let cluster = view.try_cluster(i).map_err(place)?;
-        if header.first_triangle != triangles || usize::from(header.first_strip) != strips {
+        let first_strip = match is_long {
+            true => strips,
+            false => end.div_ceil(WINDOW_RECORD_BYTES),
+        };
+        if header.first_triangle != triangles || usize::from(header.first_strip) != first_strip {
             return Err(place("wrong number of its first triangle or strip"));
         }
-        if header.offset as usize != end {
-            return Err(place("bad header"));
-        }
-        end += blob_bytes(header);
         triangles += u32::from(header.triangle_count);
         strips += usize::from(header.strip_count);
-        if strips > view.strip_count() {
+        if strips > view.strip_count() || first_strip + usize::from(header.strip_count) > MAX_PAGE_STRIPS {
             return Err(place("strips that the page does not have"));
         }
+        if !is_long {
+            end = first_strip * WINDOW_RECORD_BYTES;
+        }
+        end = check_strip_places(view, first_strip..first_strip + usize::from(header.strip_count), end)?;
+        let cluster = view.try_cluster(i).map_err(place)?;
+        if header.offset as usize != end.next_multiple_of(align_of::<GeometryRun>()) {
+            return Err(place("bad header"));
+        }
+        end = header.offset as usize + blob_bytes(header);
         check_cluster(&cluster, geometry_count).map_err(|e| place(&e))?;
     }
     if triangles != header.triangle_count || strips != view.strip_count() {
         return Err("clusters and page differ in the number of triangles or strips".into());
     }
     let nodes_offset = end.next_multiple_of(size_of::<WideNode>());
-    end = nodes_offset + size_of_val(view.nodes) + view.strips.len();
+    end = nodes_offset + size_of_val(view.nodes);
     let reach = view.clusters.iter().map(|c| c.offset as usize + VERTEX_REACH).fold(end, usize::max);
     if header.nodes_offset as usize != nodes_offset || reach != view.bytes.len() {
         return Err("bytes left over".into());
@@ -116,11 +125,10 @@ fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), Str
     Ok(())
 }
 
-/// Checks that the strips of a page follow each other and fill its bytes.
-fn check_strip_places(view: &PageView) -> Result<(), String> {
+/// Checks that the strips of a cluster follow each other from `end` on, and tells where they end.
+fn check_strip_places(view: &PageView, strips: Range<usize>, mut end: usize) -> Result<usize, String> {
     let is_long = view.header.max_windows > 1;
-    let mut end = if is_long { PLACE_BYTES * view.strip_count() } else { 0 };
-    for i in 0..view.strip_count() {
+    for i in strips {
         if is_long && view.long_place(i) != Some(end) {
             return Err(format!("strip {i} is not where the one before ends"));
         }
@@ -130,7 +138,7 @@ fn check_strip_places(view: &PageView) -> Result<(), String> {
         }
         end += if is_long { strip.long_record_bytes() } else { WINDOW_RECORD_BYTES };
     }
-    if end == view.strips.len() { Ok(()) } else { Err("strips do not add up".into()) }
+    Ok(end)
 }
 
 fn check_strip(strip: &StripView, last_vertex: u8) -> Result<(), &'static str> {

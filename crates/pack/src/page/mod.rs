@@ -23,7 +23,6 @@ pub struct PageView<'a> {
     header: &'a PageHeader,
     nodes: &'a [WideNode],
     clusters: &'a [ClusterHeader],
-    strips: &'a [u8],
 }
 
 /// A cluster, in place.
@@ -44,18 +43,15 @@ impl<'a> PageView<'a> {
         let clusters = bytes[size_of::<PageHeader>()..]
             .get(..usize::from(header.cluster_count) * size_of::<ClusterHeader>())
             .ok_or("shorter than its cluster table")?;
-        let (nodes, rest) = bytes
+        let nodes = bytes
             .get(header.nodes_offset as usize..)
-            .and_then(|rest| {
-                rest.split_at_checked((usize::from(header.last_node) + 1) * size_of::<WideNode>())
-            })
+            .and_then(|rest| rest.get(..(usize::from(header.last_node) + 1) * size_of::<WideNode>()))
             .ok_or("shorter than its nodes")?;
         Ok(PageView {
             bytes,
             header,
             nodes: bytemuck::try_cast_slice(nodes).map_err(not_aligned)?,
             clusters: bytemuck::try_cast_slice(clusters).map_err(not_aligned)?,
-            strips: rest.get(..header.strip_bytes as usize).ok_or("shorter than its strips")?,
         })
     }
 
@@ -107,22 +103,27 @@ impl<'a> PageView<'a> {
     #[inline(always)]
     fn try_strip(&self, i: usize) -> Option<StripView<'a>> {
         if self.header.max_windows == 1 {
-            StripView::single(self.strips.get(i * WINDOW_RECORD_BYTES..)?)
+            StripView::single(self.bytes.get(i * WINDOW_RECORD_BYTES..)?)
         } else {
-            StripView::long(self.strips.get(self.long_place(i)?..)?)
+            StripView::long(self.bytes.get(self.long_place(i)?..)?)
         }
     }
 
     /// Where the record of strip `i` begins in a page with strips of several windows.
     fn long_place(&self, i: usize) -> Option<usize> {
-        let place = self.strips.get(PLACE_BYTES * i..)?.first_chunk()?;
+        let place = self.bytes.get(self.places_offset() + PLACE_BYTES * i..)?.first_chunk()?;
         Some(u32::from_le_bytes(*place) as usize)
     }
 
-    /// Records of strips as stored: a kernel may ask for them ahead of time.
+    /// Where the table of places begins, which pages with strips of several windows have.
+    fn places_offset(&self) -> usize {
+        size_of_val(self.header) + size_of_val(self.clusters)
+    }
+
+    /// All of it: a kernel may ask for records of strips ahead of time.
     #[inline(always)]
-    pub fn strip_bytes(&self) -> &'a [u8] {
-        self.strips
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
     }
 
     /// The record of strip number `i` where all strips have one window; `None` where they have more, or where there
@@ -130,7 +131,7 @@ impl<'a> PageView<'a> {
     #[inline(always)]
     pub fn window_record(&self, i: usize) -> Option<&'a [u8; WINDOW_RECORD_BYTES]> {
         let begin = i * WINDOW_RECORD_BYTES;
-        let record = self.strips.get(begin..begin + WINDOW_RECORD_BYTES)?;
+        let record = self.bytes.get(begin..begin + WINDOW_RECORD_BYTES)?;
         if self.header.max_windows == 1 { record.first_chunk() } else { None }
     }
 

@@ -137,9 +137,9 @@ fn add_cluster<'a>(page: &mut PageBuilder<'a>, number: u16, vertices: &'a [Vec3]
         splits: &s.splits,
         geometry: s.geometry,
     });
-    let (cluster, first) = page.cluster(vertices, parts.collect());
+    let cluster = page.cluster(vertices, parts.collect());
     let bounds = strips.iter().map(|s| s.bounds).collect();
-    page.set_node(number, bounds, Children::Strips { cluster, first });
+    page.set_node(number, bounds, Children::Strips { cluster, first: 0 });
 }
 
 /// The tree over `windows` in pre-order; all splits are along x, where the left half is the lower one.
