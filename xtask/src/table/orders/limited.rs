@@ -64,25 +64,34 @@ impl Measured {
 }
 
 impl Limited {
-    /// Renders `pack` with `options`, with `memory` bytes in all if that is limited. Begins with a small picture and makes
-    /// it larger while that stays within the time.
-    pub fn render(
+    /// Renders `pack` with `options`, with `memory` bytes in all if that is limited, as large as the time allows.
+    pub fn render(&self, pack: &Path, options: &[&str], limits: (Option<u64>, &Disk)) -> Result<Measured> {
+        let mut pictures = self.pictures(pack, options, limits)?;
+        pictures.pop().context("one picture is always rendered")
+    }
+
+    /// Begins with a small picture and makes it larger while that stays within the time; gives all of them.
+    pub fn pictures(
         &self,
         pack: &Path,
         options: &[&str],
         (memory, disk): (Option<u64>, &Disk),
-    ) -> Result<Measured> {
+    ) -> Result<Vec<Measured>> {
         let steps = [(16, 1), (8, 1), (8, self.spp), (4, self.spp), (2, self.spp), (1, self.spp)];
         let paths = |(divisor, spp): (u64, u64)| spp as f64 / (divisor * divisor) as f64;
         let mut measured = self.render_once(pack, options, (memory, disk), steps[0])?;
+        let mut pictures = Vec::new();
         for step in steps.windows(2) {
+            let seconds = measured.seconds * paths(step[1]) / paths(step[0]);
+            pictures.push(measured);
             // What is in memory at the beginning weighs less in a larger picture.
-            if measured.seconds * paths(step[1]) / paths(step[0]) > self.most_seconds {
-                break;
+            if seconds > self.most_seconds {
+                return Ok(pictures);
             }
             measured = self.render_once(pack, options, (memory, disk), step[1])?;
         }
-        Ok(measured)
+        pictures.push(measured);
+        Ok(pictures)
     }
 
     fn render_once(
