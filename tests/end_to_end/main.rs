@@ -11,6 +11,7 @@ mod damage;
 mod direct_light;
 mod far_away;
 mod interrupt;
+mod layouts;
 mod models;
 mod orderings;
 mod out_of_core;

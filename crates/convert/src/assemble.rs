@@ -1,8 +1,12 @@
 //! The clusters of a piece to pages, and what of its hierarchy is above them.
 //!
 //! Clusters are taken in the order of the hierarchy; a page ends where it fills whole blocks of the file best, near its
-//! size. A subtree whose clusters are all in one page lies in that page.
+//! size. A subtree whose clusters are all in one page lies in that page. Then pages and their nodes are put into the order
+//! of the layout.
 
+use crate::layout::Layout;
+use crate::layout::nodes::{PageNodes, PlacedNode};
+use crate::layout::pages::order_pages;
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
 use raystrips_pack::layout::{
@@ -11,8 +15,7 @@ use raystrips_pack::layout::{
 use raystrips_pack::page::builder::{BuiltPage, Children, PageBuilder, StripParts};
 use raystrips_pack::strip_record::strips_bytes;
 use raystrips_pack::{PackError, VertexCode};
-use raystrips_strips::collapse::Numbered;
-use raystrips_strips::{Bvh, Cluster, Collapse, Strip, StripTree};
+use raystrips_strips::{Bvh, Cluster, Strip, StripTree};
 use serde::{Deserialize, Serialize};
 
 /// The pages of a piece.
@@ -37,7 +40,7 @@ pub(crate) struct Root {
 /// Makes the pages of a piece whose triangles are numbered from `first_triangle` on.
 pub(crate) fn assemble(
     built: &StripTree,
-    page_size: usize,
+    (page_size, layout): (usize, Layout),
     first_triangle: u64,
 ) -> Result<Assembled, PackError> {
     let page_of = fill_pages(&built.clusters, page_size);
@@ -50,7 +53,7 @@ pub(crate) fn assemble(
         .par_iter()
         .zip(&triangles_before)
         .map(|(roots, &first)| {
-            let (page, depths) = build_page(built, roots);
+            let (page, depths) = build_page(built, roots, layout);
             Ok((page.finish(first)?, depths))
         })
         .collect();
@@ -60,7 +63,9 @@ pub(crate) fn assemble(
         (0..).zip(depths).map(move |(node, depth)| Root { page, node, depth })
     };
     let roots = (0..).zip(&depths).flat_map(roots_of_page).collect();
-    Ok(Assembled { pages, tree, roots })
+    let mut assembled = Assembled { pages, tree, roots };
+    order_pages(layout, &mut assembled);
+    Ok(assembled)
 }
 
 /// The hierarchy above the largest subtrees that lie in one page; those are pushed to `in_pages` with their page.
@@ -144,7 +149,11 @@ fn estimated_bytes(cluster: &Cluster) -> usize {
 }
 
 /// A page whose first nodes are its roots, and the levels below each.
-fn build_page<'a>(built: &'a StripTree, roots: &[(u32, &'a Bvh)]) -> (PageBuilder<'a>, Vec<u32>) {
+fn build_page<'a>(
+    built: &'a StripTree,
+    roots: &[(u32, &'a Bvh)],
+    layout: Layout,
+) -> (PageBuilder<'a>, Vec<u32>) {
     let first_group = roots[0].1.items().start;
     let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
@@ -152,11 +161,10 @@ fn build_page<'a>(built: &'a StripTree, roots: &[(u32, &'a Bvh)]) -> (PageBuilde
     for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
         page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
     }
-    let first = page.builder.reserve_nodes(roots.len());
-    let depths =
-        (first..).zip(roots).map(|(number, (_, tree))| page.node(number, (tree, 0), &Collapse::of(tree)));
-    let depths = depths.collect();
-    (page.builder, depths)
+    let nodes = PageNodes::new(&roots.iter().map(|root| root.1).collect::<Vec<&Bvh>>());
+    page.builder.reserve_nodes(nodes.count());
+    nodes.placed(layout).into_iter().for_each(|node| page.node(node));
+    (page.builder, nodes.depths)
 }
 
 fn strip_parts(strip: &Strip) -> StripParts<'_> {
@@ -170,18 +178,15 @@ struct PageContents<'a> {
 }
 
 impl PageContents<'_> {
-    /// Makes node `number` of a tree over groups, and all below it; tells how many levels that are.
-    fn node(&mut self, number: u16, tree: Numbered, collapse: &Collapse) -> u32 {
-        if let Bvh::Leaf { items, .. } = tree.0 {
-            self.group(number, items.start);
-            return 1;
+    /// Says what a node is: one over others, or that of the strips of a group.
+    fn node(&mut self, node: PlacedNode) {
+        match node.children.as_slice() {
+            [] => self.group(node.number, node.tree.items().start),
+            children => {
+                let bounds = children.iter().map(|child| child.bounds()).collect();
+                self.builder.set_node(node.number, bounds, Children::Nodes(node.first_child));
+            }
         }
-        let children = collapse.children(tree);
-        let first = self.builder.reserve_nodes(children.len());
-        let bounds = children.iter().map(|c| c.0.bounds()).collect();
-        self.builder.set_node(number, bounds, Children::Nodes(first));
-        let depths = (first..).zip(children).map(|(number, child)| self.node(number, child, collapse));
-        depths.max().unwrap_or(0) + 1
     }
 
     /// Makes node `number` of the strips of a group.

@@ -291,9 +291,9 @@ pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
 /// Says what the conversion does. Whatever of this changes, what was done before is of no use. Threads and memory are
 /// not in it: they change nothing.
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
-    let ConvertParams { page_size, strips, positions, keep_ids, proxies, import, .. } = params;
+    let ConvertParams { page_size, layout, strips, positions, keep_ids, proxies, import, .. } = params;
     let mut text = format!(
-        "raystrips {}, format {}\n{page_size} {strips:?} {positions:?} {keep_ids} {proxies:?} {}\n",
+        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {}\n",
         env!("CARGO_PKG_VERSION"),
         raystrips_pack::layout::FORMAT_VERSION,
         import.drop_out_of_range,

@@ -17,6 +17,7 @@ mod flat_tree;
 mod hash;
 mod import;
 mod job;
+mod layout;
 mod mesh;
 mod offset;
 mod output;
@@ -30,6 +31,7 @@ mod report;
 mod sidecar;
 mod top;
 
+pub use layout::Layout;
 pub use plan::Plan;
 pub use positions::Positions;
 pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, SimplifyMethod, proxy};
@@ -62,6 +64,8 @@ const COHERENT_BYTES: u64 = 30;
 pub struct ConvertParams {
     /// Bytes of a page to aim at.
     pub page_size: u32,
+    /// Order of what is in the pack.
+    pub layout: Layout,
     /// Strips.
     pub strips: StripParams,
     /// How positions are kept.
@@ -84,6 +88,7 @@ impl Default for ConvertParams {
     fn default() -> ConvertParams {
         ConvertParams {
             page_size: 64 << 10,
+            layout: Layout::default(),
             strips: StripParams::default(),
             positions: Positions::default(),
             keep_ids: false,

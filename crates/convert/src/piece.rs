@@ -4,6 +4,7 @@ use crate::assemble::{Assembled, assemble};
 use crate::borders::{self, Position};
 use crate::distribute::Pieces;
 use crate::emitters::emitters;
+use crate::layout::vertices::order_vertices;
 use crate::mesh::{Welded, encode_ids};
 use crate::proxy::{Level, Simplified};
 use crate::{ConvertError, ConvertParams};
@@ -52,11 +53,13 @@ pub(crate) fn build(
     let Welded { mesh, ids, .. } = context.pieces.read(number)?;
     let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(&context.boxes, number));
     let emitters = emitters(context.shines, &mesh);
-    let built = raystrips_strips::build(&mesh, &context.params.strips, finished);
+    let mut built = raystrips_strips::build(&mesh, &context.params.strips, finished);
+    let (page_size, layout) = (context.params.page_size as usize, context.params.layout);
+    order_vertices(layout, &mut built.clusters);
     let ids = if context.id_bytes > 0 { encode_ids(&built, &ids, context.id_bytes) } else { Vec::new() };
     let own_vertices = (mesh.positions.len() - shared_vertices.len()) as u64;
-    let assembled = assemble(&built, context.params.page_size as usize, first_triangle)
-        .map_err(ConvertError::write(context.output))?;
+    let assembled =
+        assemble(&built, (page_size, layout), first_triangle).map_err(ConvertError::write(context.output))?;
     drop(built);
     let simplify = |level: &Level| level.simplified(mesh, Vec::new(), number);
     let simplified = context.first_level.map(simplify).unwrap_or_default();

@@ -4,6 +4,7 @@
 //! Nothing here knows of files, pages or threads.
 
 pub mod aabb;
+pub mod curve;
 pub mod grid;
 pub mod morton;
 pub mod ray;

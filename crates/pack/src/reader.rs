@@ -130,11 +130,10 @@ impl Pack {
     }
 
     fn check_directory(&self) -> Result<(), PackError> {
-        let (mut triangles, mut end) = (0u64, FILE_HEADER_BYTES as u64);
+        let mut end = FILE_HEADER_BYTES as u64;
         for (page, entry) in self.directory.iter().enumerate() {
             let good = entry.offset >= end
                 && entry.offset.is_multiple_of(ALIGNMENT)
-                && entry.first_triangle == triangles
                 && entry.node_count as usize <= MAX_PAGE_NODES;
             // Pages never overlap, so checking all of them takes time by the length of the file.
             let page_end = entry.offset.checked_add(u64::from(entry.bytes));
@@ -142,9 +141,9 @@ impl Pack {
                 let what = "its directory entry is wrong".into();
                 return Err(PackError::CorruptPage { page: page as PageId, what });
             };
-            triangles += u64::from(entry.triangle_count);
             end = page_end;
         }
+        let triangles = self.check_triangle_numbers()?;
         let pages = self.directory.len() as u64;
         if triangles != self.manifest.triangles || pages != self.manifest.pages || pages > MAX_PAGES {
             return Err(PackError::corrupt("directory and manifest differ"));
@@ -154,6 +153,21 @@ impl Pack {
             return Err(PackError::corrupt("wrong number of triangle ids"));
         }
         Ok(())
+    }
+
+    /// Checks that every triangle has a number of its own, from 0 on, and gives how many there are. Pages may lie in another
+    /// order than their triangles.
+    fn check_triangle_numbers(&self) -> Result<u64, PackError> {
+        let mut ranges: Vec<(u64, u32)> =
+            self.directory.iter().map(|entry| (entry.first_triangle, entry.triangle_count)).collect();
+        ranges.sort_unstable();
+        let add = |triangles: u64, (first, count)| {
+            (first == triangles).then_some(()).and_then(|()| triangles.checked_add(u64::from(count)))
+        };
+        ranges
+            .into_iter()
+            .try_fold(0, add)
+            .ok_or_else(|| PackError::corrupt("directory: numbers of triangles are missing, or there twice"))
     }
 
     /// Checks that the top nodes are one tree of bounded depth whose leaves are pages.

@@ -34,6 +34,7 @@ pub struct PackContents<'a> {
 pub struct PageRecord {
     bytes: u32,
     checksum: u32,
+    first_triangle: u64,
     triangle_count: u32,
     node_count: u32,
     strip_count: u64,
@@ -47,6 +48,7 @@ impl PageRecord {
         PageRecord {
             bytes: page.bytes.len() as u32,
             checksum: crc32c::crc32c(&page.bytes),
+            first_triangle: page.first_triangle,
             triangle_count: page.triangle_count,
             node_count: page.node_count,
             strip_count: page.strip_count,
@@ -146,7 +148,7 @@ impl PackWriter {
         }
         self.directory.push(PageEntry {
             offset: self.position,
-            first_triangle: self.totals.triangles,
+            first_triangle: page.first_triangle,
             bytes: page.bytes,
             checksum: page.checksum,
             triangle_count: page.triangle_count,

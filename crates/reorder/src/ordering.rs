@@ -1,8 +1,8 @@
 //! In which order rays are traced: along a curve through where they begin, where they go, and where they probably hit
 //! (Moon, Byun, Kim, Claudio, Kim, Ban, Nam, Yoon 2010, "Cache-oblivious ray reordering", section 4).
 
-use crate::curve::Curve;
 use glam::{Vec2, Vec3};
+use raystrips_geom::curve::Curve;
 use raystrips_geom::{Aabb, Ray};
 
 /// What a ray is placed by.

@@ -2,7 +2,7 @@
 
 use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use raystrips_convert::{ConvertParams, ImportOptions, PackProxies, Positions};
+use raystrips_convert::{ConvertParams, ImportOptions, Layout, PackProxies, Positions};
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -42,6 +42,10 @@ pub struct ConvertOptions {
     /// Bytes of a page, the unit of reading: 4K to 512K.
     #[arg(long, value_name = "SIZE", default_value = "64K", value_parser = parse_page_size)]
     pub page_size: u32,
+
+    /// Order of pages, nodes and vertices. The picture is the same with all of them.
+    #[arg(long, value_enum, default_value_t = LayoutName::DepthFirst)]
+    pub layout: LayoutName,
 
     /// Keep the number that each triangle has in the input (4 or 8 bytes a triangle), so that `trace` can tell
     /// it.
@@ -150,6 +154,40 @@ pub enum CurveName {
     Z,
     /// From neighbor to neighbor.
     Hilbert,
+}
+
+/// Orders of what is in a pack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LayoutName {
+    /// Pages and nodes depth first, vertices by first use.
+    DepthFirst,
+    /// Pages and nodes level by level.
+    BreadthFirst,
+    /// Pages and nodes by halves of the levels.
+    VanEmdeBoas,
+    /// Pages and nodes by clusters of probable ones, vertices near their neighbors at every scale.
+    CacheOblivious,
+    /// Pages and vertices along a Morton curve.
+    Morton,
+    /// Pages and vertices along a Hilbert curve.
+    Hilbert,
+    /// Pages and vertices at random, for comparison.
+    Random,
+}
+
+impl LayoutName {
+    /// What it stands for.
+    pub fn layout(self) -> Layout {
+        match self {
+            LayoutName::DepthFirst => Layout::DepthFirst,
+            LayoutName::BreadthFirst => Layout::BreadthFirst,
+            LayoutName::VanEmdeBoas => Layout::VanEmdeBoas,
+            LayoutName::CacheOblivious => Layout::CacheOblivious,
+            LayoutName::Morton => Layout::Morton,
+            LayoutName::Hilbert => Layout::Hilbert,
+            LayoutName::Random => Layout::Random,
+        }
+    }
 }
 
 /// What finds where rays probably hit.

@@ -49,6 +49,7 @@ pub fn convert_with(
 ) -> Result<ConvertReport> {
     let params = ConvertParams {
         page_size: options.page_size,
+        layout: options.layout.layout(),
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
         positions: options.positions,
         keep_ids: options.keep_ids,

@@ -77,7 +77,7 @@ impl Limited {
         options: &[&str],
         (memory, disk): (Option<u64>, &Disk),
     ) -> Result<Vec<Measured>> {
-        let steps = [(16, 1), (8, 1), (8, self.spp), (4, self.spp), (2, self.spp), (1, self.spp)];
+        let steps = self.steps();
         let paths = |(divisor, spp): (u64, u64)| spp as f64 / (divisor * divisor) as f64;
         let mut measured = self.render_once(pack, options, (memory, disk), steps[0])?;
         let mut pictures = Vec::new();
@@ -92,6 +92,18 @@ impl Limited {
         }
         pictures.push(measured);
         Ok(pictures)
+    }
+
+    /// What the size is divided by and the samples of each picture: each has some four times as many paths as the one
+    /// before.
+    fn steps(&self) -> Vec<(u64, u64)> {
+        let whole = std::iter::successors(Some(4), |spp| Some(spp * 4)).take_while(|&spp| spp < self.spp);
+        let smaller = [(16, 1), (8, 1), (4, 1), (2, 1), (1, 1)].into_iter();
+        let mut steps: Vec<(u64, u64)> = smaller.chain(whole.map(|spp| (1, spp))).collect();
+        if self.spp > 1 {
+            steps.push((1, self.spp));
+        }
+        steps
     }
 
     fn render_once(

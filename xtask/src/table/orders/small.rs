@@ -98,7 +98,8 @@ fn simulated(pack: &Path, order: &str, shapes: &[Shape]) -> Result<Option<Simula
         _ => return Ok(None),
     };
     let traced = TracedWorld::new(Scene::open(pack)?);
-    let proxy = Scene::open_proxy(pack, ProxyKind::Coarse)?;
+    let coarse = Scene::open_proxy(pack, ProxyKind::Coarse)?;
+    let proxy = coarse.map_or_else(|| Scene::open_proxy(pack, ProxyKind::Fine), |coarse| Ok(Some(coarse)))?;
     let hit_points = HitPoints::new(proxy, traced.scene().geometry_bounds(), &traced.bounds());
     let world = SimulatedWorld::new(traced, &Caches { blocks: shapes, page_shares: &[] });
     let (width, spp) = (SIMULATED_SIDE, SIMULATED_SPP);
