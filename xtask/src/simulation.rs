@@ -22,12 +22,11 @@ pub struct Simulation {
     /// By cache.
     misses: Vec<ByPart>,
     pages: Vec<Pages>,
-    /// Where pages begin in the file, and their bytes.
+    /// Where pages begin in the file, and their bytes, as they lie there.
     directory: Vec<(u64, u64)>,
+    steps: Steps,
     /// Rays so far.
     pub rays: u64,
-    /// Reads so far.
-    pub reads: ByPart,
 }
 
 /// A cache of pages and what it missed.
@@ -35,6 +34,25 @@ struct Pages {
     cache: PageCache,
     misses: u64,
     bytes: u64,
+}
+
+/// From one read in a page to the next, whichever ray it is of.
+#[derive(Default)]
+struct Steps {
+    last: Option<(u64, usize)>,
+    count: u64,
+    log_distances: f64,
+    page_switches: u64,
+}
+
+impl Steps {
+    fn add(&mut self, place: u64, page: usize) {
+        if let Some((last_place, last_page)) = self.last.replace((place, page)) {
+            self.count += 1;
+            self.log_distances += ((place.abs_diff(last_place) + 1) as f64).log2();
+            self.page_switches += u64::from(page != last_page);
+        }
+    }
 }
 
 /// What caches are simulated.
@@ -48,7 +66,8 @@ pub struct Caches<'a> {
 impl Simulation {
     fn new(world: &TracedWorld, caches: &Caches) -> Simulation {
         let directory = world.scene().pack().directory.iter();
-        let directory: Vec<_> = directory.map(|page| (page.offset, u64::from(page.bytes))).collect();
+        let mut directory: Vec<_> = directory.map(|page| (page.offset, u64::from(page.bytes))).collect();
+        directory.sort_unstable();
         let all = directory.iter().map(|(_, bytes)| bytes).sum::<u64>() as f64;
         let pages = |&share: &f64| Pages { cache: PageCache::new((all * share) as u64), misses: 0, bytes: 0 };
         Simulation {
@@ -56,14 +75,13 @@ impl Simulation {
             misses: vec![ByPart::default(); caches.blocks.len()],
             pages: caches.page_shares.iter().map(pages).collect(),
             directory,
+            steps: Steps::default(),
             rays: 0,
-            reads: ByPart::default(),
         }
     }
 
     fn read(&mut self, access: Access) {
         let part = access.part as usize;
-        self.reads[part] += 1;
         for (cache, misses) in self.caches.iter_mut().zip(&mut self.misses) {
             misses[part] += cache.read(access.place, access.bytes);
         }
@@ -71,6 +89,7 @@ impl Simulation {
             return;
         }
         let page = self.directory.partition_point(|&(begin, _)| begin <= access.place) - 1;
+        self.steps.add(access.place, page);
         let (_, bytes) = self.directory[page];
         for pages in &mut self.pages {
             if pages.cache.read(page, bytes) {
@@ -83,6 +102,16 @@ impl Simulation {
     /// Misses of cache `i` of blocks for each ray, by part.
     pub fn misses_a_ray(&self, i: usize) -> [f64; Part::ALL.len()] {
         self.misses[i].map(|misses| misses as f64 / self.rays as f64)
+    }
+
+    /// The mean of log2 of the bytes from one read in a page to the next: what cache-oblivious layouts make small.
+    pub fn mean_log_distance(&self) -> f64 {
+        self.steps.log_distances / self.steps.count.max(1) as f64
+    }
+
+    /// How often a ray goes on in another page than that of the read before.
+    pub fn page_switches_a_ray(&self) -> f64 {
+        self.steps.page_switches as f64 / self.rays as f64
     }
 
     /// Pages and bytes that cache `i` of pages had to bring for each ray.

@@ -9,6 +9,7 @@ use crate::layout::nodes::{PageNodes, PlacedNode};
 use crate::layout::pages::order_pages;
 use rayon::prelude::*;
 use raystrips_geom::Aabb;
+use raystrips_layout::Permutation;
 use raystrips_pack::layout::{
     ALIGNMENT, ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
 };
@@ -21,6 +22,8 @@ use serde::{Deserialize, Serialize};
 /// The pages of a piece.
 pub(crate) struct Assembled {
     pub pages: Vec<BuiltPage>,
+    /// As they are to lie in the file.
+    pub file_order: Permutation,
     /// The hierarchy down to what lies in pages; leaf i leads to root i.
     pub tree: Bvh,
     pub roots: Vec<Root>,
@@ -62,10 +65,9 @@ pub(crate) fn assemble(
         let depths = depths.clone();
         (0..).zip(depths).map(move |(node, depth)| Root { page, node, depth })
     };
-    let roots = (0..).zip(&depths).flat_map(roots_of_page).collect();
-    let mut assembled = Assembled { pages, tree, roots };
-    order_pages(layout, &mut assembled);
-    Ok(assembled)
+    let roots: Vec<Root> = (0..).zip(&depths).flat_map(roots_of_page).collect();
+    let file_order = order_pages(layout, &tree, &roots, pages.len());
+    Ok(Assembled { pages, file_order, tree, roots })
 }
 
 /// The hierarchy above the largest subtrees that lie in one page; those are pushed to `in_pages` with their page.

@@ -10,7 +10,7 @@ use crate::proxy::PackedProxy;
 use crate::sidecar::{Added, Sidecar};
 use crate::top::{Entry, Top};
 use raystrips_extmem::{Extent, Spool};
-use raystrips_pack::{GeometryBounds, Manifest, PackContents, PackError, PackWriter, PageRecord, TopEntry};
+use raystrips_pack::{GeometryBounds, Manifest, PackContents, PackWriter, PageRecord, TopEntry};
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -113,8 +113,7 @@ impl<'a> Output<'a> {
 
     /// Adds the next piece. Gives the record by which the next run finds it.
     pub fn add(&mut self, piece: BuiltPiece) -> Result<PieceRecord, ConvertError> {
-        let pages = piece.assembled.pages.iter().map(|page| self.writer.page(page));
-        let pages: Result<Vec<PageRecord>, PackError> = pages.collect();
+        let pages = self.writer.pages(&piece.assembled.pages, piece.assembled.file_order.order());
         let pages = pages.and_then(|pages| self.writer.flush().map(|()| pages));
         let mut sidecars = || -> io::Result<[Added; 4]> {
             Ok([

@@ -29,7 +29,7 @@ pub struct Geometry {
     pub material: u32,
 }
 
-/// A surface: the metallic-roughness model of glTF 2.0 without its textures.
+/// A surface: the metallic-roughness model of glTF 2.0 without its textures, with transmission and absorption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the file, for reports and overrides; may be empty.
@@ -48,6 +48,12 @@ pub struct Material {
     pub transmission: f32,
     /// Index of refraction.
     pub ior: f32,
+    /// How much of what the boundary of a dielectric reflects is reflected, 0 to 1.
+    pub specular: f32,
+    /// Share of light that is absorbed by what is transmitting, for each unit of length at the beginning.
+    pub absorption: [f32; 3],
+    /// Transmits as a thin sheet: what goes through is not refracted.
+    pub thin: bool,
     /// Emits from both faces. Reflection always happens on both.
     pub double_sided: bool,
 }
@@ -64,6 +70,9 @@ impl Default for Material {
             roughness: 1.0,
             transmission: 0.0,
             ior: 1.5,
+            specular: 0.0,
+            absorption: [0.0; 3],
+            thin: false,
             double_sided: false,
         }
     }

@@ -29,6 +29,10 @@
 //! roughness = 1.0
 //! transmission = 0.0
 //! ior = 1.5
+//! specular = 0.0                # how much of what its boundary reflects a dielectric reflects; 1 where roughness,
+//!                               # transmission or ior are given
+//! absorption = [0.0, 0.0, 0.0]  # of what transmits, for each unit of length
+//! thin = false                  # transmits as a thin sheet, without refraction
 //! double_sided = false
 //!
 //! [[model]]
@@ -124,6 +128,9 @@ struct MaterialEntry {
     roughness: Option<f32>,
     transmission: Option<f32>,
     ior: Option<f32>,
+    specular: Option<f32>,
+    absorption: Option<[f32; 3]>,
+    thin: Option<bool>,
     double_sided: Option<bool>,
     /// Set where a model got this material as a whole.
     #[serde(skip)]
@@ -320,6 +327,7 @@ impl MaterialEntry {
             ("metallic", self.metallic),
             ("roughness", self.roughness),
             ("transmission", self.transmission),
+            ("specular", self.specular),
         ] {
             if share.is_some_and(|x| !(0.0..=1.0).contains(&x)) {
                 return Err(format!("{name} must be between 0 and 1"));
@@ -331,6 +339,7 @@ impl MaterialEntry {
         if self.ior.is_some_and(|ior| !(ior >= 1.0 && ior.is_finite())) {
             return Err("ior must be at least 1".into());
         }
+        self.absorption.map_or(Ok(()), |absorption| check_light("absorption", absorption))?;
         self.emission.map_or(Ok(()), |emission| check_light("emission", emission))
     }
 
@@ -345,6 +354,10 @@ impl MaterialEntry {
         set(&mut material.roughness, self.roughness);
         set(&mut material.transmission, self.transmission);
         set(&mut material.ior, self.ior);
+        let is_glossy = self.roughness.is_some() || self.transmission.is_some() || self.ior.is_some();
+        set(&mut material.specular, self.specular.or(is_glossy.then_some(1.0)));
+        set(&mut material.absorption, self.absorption);
+        set(&mut material.thin, self.thin);
         set(&mut material.double_sided, self.double_sided);
     }
 }

@@ -130,20 +130,25 @@ impl Pack {
     }
 
     fn check_directory(&self) -> Result<(), PackError> {
-        let mut end = FILE_HEADER_BYTES as u64;
-        for (page, entry) in self.directory.iter().enumerate() {
-            let good = entry.offset >= end
+        let mut triangles = 0u64;
+        let mut places = Vec::with_capacity(self.directory.len());
+        let wrong =
+            |page: PageId| Err(PackError::CorruptPage { page, what: "its directory entry is wrong".into() });
+        for (page, entry) in (0..).zip(&self.directory) {
+            let good = entry.offset >= FILE_HEADER_BYTES as u64
                 && entry.offset.is_multiple_of(ALIGNMENT)
+                && entry.first_triangle == triangles
                 && entry.node_count as usize <= MAX_PAGE_NODES;
-            // Pages never overlap, so checking all of them takes time by the length of the file.
-            let page_end = entry.offset.checked_add(u64::from(entry.bytes));
-            let Some(page_end) = page_end.filter(|&end| good && end <= self.file_bytes) else {
-                let what = "its directory entry is wrong".into();
-                return Err(PackError::CorruptPage { page: page as PageId, what });
-            };
-            end = page_end;
+            let end = entry.offset.checked_add(u64::from(entry.bytes));
+            let Some(end) = end.filter(|&end| good && end <= self.file_bytes) else { return wrong(page) };
+            triangles += u64::from(entry.triangle_count);
+            places.push((entry.offset, end, page));
         }
-        let triangles = self.check_triangle_numbers()?;
+        // Pages never overlap, so checking all of them takes time by the length of the file.
+        places.sort_unstable();
+        if let Some(pair) = places.windows(2).find(|pair| pair[1].0 < pair[0].1) {
+            return wrong(pair[0].2.max(pair[1].2));
+        }
         let pages = self.directory.len() as u64;
         if triangles != self.manifest.triangles || pages != self.manifest.pages || pages > MAX_PAGES {
             return Err(PackError::corrupt("directory and manifest differ"));
@@ -153,21 +158,6 @@ impl Pack {
             return Err(PackError::corrupt("wrong number of triangle ids"));
         }
         Ok(())
-    }
-
-    /// Checks that every triangle has a number of its own, from 0 on, and gives how many there are. Pages may lie in another
-    /// order than their triangles.
-    fn check_triangle_numbers(&self) -> Result<u64, PackError> {
-        let mut ranges: Vec<(u64, u32)> =
-            self.directory.iter().map(|entry| (entry.first_triangle, entry.triangle_count)).collect();
-        ranges.sort_unstable();
-        let add = |triangles: u64, (first, count)| {
-            (first == triangles).then_some(()).and_then(|()| triangles.checked_add(u64::from(count)))
-        };
-        ranges
-            .into_iter()
-            .try_fold(0, add)
-            .ok_or_else(|| PackError::corrupt("directory: numbers of triangles are missing, or there twice"))
     }
 
     /// Checks that the top nodes are one tree of bounded depth whose leaves are pages.

@@ -32,9 +32,11 @@ pub struct PackContents<'a> {
 /// A page without its bytes: what a writer must know of it to go on where another one ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PageRecord {
+    offset: u64,
+    /// Zeros before it.
+    padding: u64,
     bytes: u32,
     checksum: u32,
-    first_triangle: u64,
     triangle_count: u32,
     node_count: u32,
     strip_count: u64,
@@ -43,18 +45,22 @@ pub struct PageRecord {
 }
 
 impl PageRecord {
-    /// The record of `page`.
-    pub fn of(page: &BuiltPage) -> PageRecord {
+    fn of(page: &BuiltPage, offset: u64, padding: u64) -> PageRecord {
         PageRecord {
+            offset,
+            padding,
             bytes: page.bytes.len() as u32,
             checksum: crc32c::crc32c(&page.bytes),
-            first_triangle: page.first_triangle,
             triangle_count: page.triangle_count,
             node_count: page.node_count,
             strip_count: page.strip_count,
             cluster_count: page.cluster_count,
             counts: page.counts,
         }
+    }
+
+    fn end(&self) -> u64 {
+        self.offset + u64::from(self.bytes)
     }
 }
 
@@ -89,18 +95,16 @@ impl PackWriter {
         let mut position = FILE_HEADER_BYTES as u64;
         let mut whole = 0;
         for piece in pieces {
-            match read_pages(&mut file, position, piece) {
-                Some(end) => position = end,
-                None => break,
+            if !are_whole(&mut file, piece) {
+                break;
             }
+            position = piece.iter().map(PageRecord::end).fold(position, u64::max);
             whole += 1;
         }
         let mut writer = PackWriter::new(file, partial, FILE_HEADER_BYTES as u64, manifest);
+        writer.position = position;
         for page in pieces[..whole].iter().copied().flatten() {
-            let padding = writer.position.next_multiple_of(ALIGNMENT) - writer.position;
-            writer.position += padding;
-            writer.account(page, padding)?;
-            writer.position += u64::from(page.bytes);
+            writer.account(page)?;
         }
         // The header has no checksum: it is written again.
         let file = writer.out.get_mut();
@@ -133,22 +137,40 @@ impl PackWriter {
 
     /// Appends a page.
     pub fn page(&mut self, page: &BuiltPage) -> Result<PageRecord, PackError> {
-        let record = PageRecord::of(page);
         let padding = self.pad()?;
-        self.account(&record, padding)?;
+        let record = PageRecord::of(page, self.position, padding);
         self.write(&page.bytes)?;
+        self.account(&record)?;
         Ok(record)
     }
 
-    /// Enters the page at the present position into the directory and the totals.
-    fn account(&mut self, page: &PageRecord, padding: u64) -> Result<(), PackError> {
+    /// Appends pages, which are numbered as they come, in the order in which `order` names them.
+    ///
+    /// # Panics
+    /// If `order` does not name each of them.
+    pub fn pages(&mut self, pages: &[BuiltPage], order: &[u32]) -> Result<Vec<PageRecord>, PackError> {
+        let mut records = vec![None; pages.len()];
+        for &i in order {
+            let page = &pages[i as usize];
+            let padding = self.pad()?;
+            records[i as usize] = Some(PageRecord::of(page, self.position, padding));
+            self.write(&page.bytes)?;
+        }
+        let records: Vec<PageRecord> =
+            records.into_iter().map(|record| record.expect("every page is named")).collect();
+        records.iter().try_for_each(|record| self.account(record))?;
+        Ok(records)
+    }
+
+    /// Enters a page into the directory and the totals.
+    fn account(&mut self, page: &PageRecord) -> Result<(), PackError> {
         if self.page_count() >= MAX_PAGES {
             let what = "more pages than 29 bits can number; use a larger --page-size";
             return Err(PackError::TooLarge(what.into()));
         }
         self.directory.push(PageEntry {
-            offset: self.position,
-            first_triangle: page.first_triangle,
+            offset: page.offset,
+            first_triangle: self.totals.triangles,
             bytes: page.bytes,
             checksum: page.checksum,
             triangle_count: page.triangle_count,
@@ -160,7 +182,7 @@ impl PackWriter {
         totals.clusters += page.cluster_count;
         totals.pages += 1;
         totals.bytes.add(&page.counts);
-        totals.bytes.page_overhead += padding + size_of::<PageEntry>() as u64;
+        totals.bytes.page_overhead += page.padding + size_of::<PageEntry>() as u64;
         Ok(())
     }
 
@@ -248,20 +270,16 @@ impl PackWriter {
     }
 }
 
-/// Reads `pages` from `position` on and gives where they end; `None` if they are not all there as they were.
-fn read_pages(file: &mut File, mut position: u64, pages: &[PageRecord]) -> Option<u64> {
+/// True if all `pages` are there as they were.
+fn are_whole(file: &mut File, pages: &[PageRecord]) -> bool {
     let mut bytes = Vec::new();
-    for page in pages {
-        position = position.next_multiple_of(ALIGNMENT);
-        file.seek(SeekFrom::Start(position)).ok()?;
+    let mut is_whole = |page: &PageRecord| {
         bytes.clear();
-        file.take(u64::from(page.bytes)).read_to_end(&mut bytes).ok()?;
-        if bytes.len() != page.bytes as usize || crc32c::crc32c(&bytes) != page.checksum {
-            return None;
-        }
-        position += u64::from(page.bytes);
-    }
-    Some(position)
+        let read = file.seek(SeekFrom::Start(page.offset));
+        let read = read.and_then(|_| file.take(u64::from(page.bytes)).read_to_end(&mut bytes));
+        read.is_ok() && bytes.len() == page.bytes as usize && crc32c::crc32c(&bytes) == page.checksum
+    };
+    pages.iter().all(&mut is_whole)
 }
 
 /// Brings everything to the disk, then gives the file its name, then brings that to the disk where the system can.

@@ -14,7 +14,6 @@ use crate::visit::Visit;
 use raystrips_extmem::{BlockBuffer, BlockFile, Reservation, spare_memory};
 use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
 use std::fs::File;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -160,17 +159,17 @@ impl PagePool {
     }
 
     /// Bytes of those of `pages` that are not in memory.
-    pub fn absent_bytes(&self, pages: Range<PageId>) -> u64 {
-        pages.filter(|&id| self.slot(id).is_none()).map(|id| u64::from(self.entry(id).bytes)).sum()
+    pub fn absent_bytes(&self, pages: &[PageId]) -> u64 {
+        pages.iter().filter(|&&id| self.slot(id).is_none()).map(|&id| u64::from(self.entry(id).bytes)).sum()
     }
 
-    /// Reads those of `pages` that are not there, in one go or a few, and checks them. Pages that were not used for long go.
+    /// Reads those of `pages`, neighbors as they lie in the file, that are not there, in one go or a few, and checks them. Pages that were not used for long go.
     /// False where visits hold all memory: it is there when they end. `buffer` is for what is read.
     ///
     /// # Errors
     /// If a page cannot be read or is damaged.
-    pub fn load(&self, pages: Range<PageId>, buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
-        let mut absent: Vec<PageId> = pages.filter(|&id| self.slot(id).is_none()).collect();
+    pub fn load(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<bool, OpenError> {
+        let mut absent: Vec<PageId> = pages.iter().copied().filter(|&id| self.slot(id).is_none()).collect();
         while let Some(&first) = absent.first() {
             let begin = self.entry(first).offset;
             let fits = |&id: &PageId| self.end(id) - begin <= MOST_READ_BYTES;

@@ -20,8 +20,9 @@ const SEEK_SECONDS: f64 = 0.002;
 /// How much to read at a time from the file of a pack: as much as comes in the time of two seeks, at most a mebibyte, and 0
 /// where the disk does not seek, or nothing is left to be found out since the pack is small.
 pub(crate) fn read_bytes(file: &BlockFile, directory: &[PageEntry]) -> io::Result<u64> {
-    let (Some(first), Some(last)) = (directory.first(), directory.last()) else { return Ok(0) };
-    let span = last.offset + u64::from(last.bytes) - first.offset;
+    let begin = directory.iter().map(|page| page.offset).min().unwrap_or(0);
+    let end = directory.iter().map(|page| page.offset + u64::from(page.bytes)).max().unwrap_or(0);
+    let span = end - begin;
     if directory.len() < PAGES || span < u64::from(LONG_READS) * LONG_BYTES {
         return Ok(0);
     }
@@ -36,8 +37,7 @@ pub(crate) fn read_bytes(file: &BlockFile, directory: &[PageEntry]) -> io::Resul
     if seconds < SEEK_SECONDS {
         return Ok(0);
     }
-    let offsets =
-        (0..LONG_READS).map(|i| first.offset + (span - LONG_BYTES) / u64::from(LONG_READS) * u64::from(i));
+    let offsets = (0..LONG_READS).map(|i| begin + (span - LONG_BYTES) / u64::from(LONG_READS) * u64::from(i));
     let long_seconds = mean(offsets.map(|offset| time(offset..offset + LONG_BYTES)))?;
     let bytes = pages.map(|page| u64::from(page.bytes)).sum::<u64>() / PAGES as u64;
     Ok(in_a_seek((bytes, seconds), (LONG_BYTES, long_seconds)))

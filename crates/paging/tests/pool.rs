@@ -29,15 +29,12 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
     let pool = PagePool::open(&path, largest.next_multiple_of(4096)).unwrap();
     for id in 0..directory.len() as PageId {
         assert!(pool.visit().page(id).is_none());
-        assert!(pool.load(id..id + 1, &mut BlockBuffer::default()).unwrap());
+        assert!(pool.load(&[id], &mut BlockBuffer::default()).unwrap());
         let visit = pool.visit();
         let page = visit.page(id).unwrap();
         assert_eq!(bytemuck::bytes_of(page.header()), bytemuck::bytes_of(all.page(id).header()));
         let other = (id + 1) % directory.len() as PageId;
-        assert!(
-            !pool.load(other..other + 1, &mut BlockBuffer::default()).unwrap(),
-            "the visit holds all memory"
-        );
+        assert!(!pool.load(&[other], &mut BlockBuffer::default()).unwrap(), "the visit holds all memory");
         assert_eq!(visit.page(id).unwrap().strip_count(), all.page(id).strip_count());
     }
     let counts = pool.counts();
@@ -53,11 +50,11 @@ fn damaged_and_missing_pages_are_named() {
     let mut bytes = fs::read(&path).unwrap();
     bytes[entry.offset as usize + 40] ^= 1;
     fs::write(&path, &bytes).unwrap();
-    assert!(pool.load(0..1, &mut BlockBuffer::default()).unwrap());
-    let error = pool.load(1..2, &mut BlockBuffer::default()).unwrap_err();
+    assert!(pool.load(&[0], &mut BlockBuffer::default()).unwrap());
+    let error = pool.load(&[1], &mut BlockBuffer::default()).unwrap_err();
     assert!(matches!(error.source, PackError::CorruptPage { page: 1, .. }), "{error}");
     bytes.truncate(entry.offset as usize + 100);
     fs::write(&path, bytes).unwrap();
-    let error = pool.load(1..2, &mut BlockBuffer::default()).unwrap_err();
+    let error = pool.load(&[1], &mut BlockBuffer::default()).unwrap_err();
     assert!(matches!(error.source, PackError::Io(_)) && error.path == path, "{error}");
 }

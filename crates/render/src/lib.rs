@@ -6,6 +6,7 @@
 //! [`render_ordered`] sorts them, [`render_queued`] lets them wait for the pages of a [`PagedWorld`]; each goes on from an
 //! [`Unfinished`] picture.
 
+mod bsdf;
 mod camera;
 mod color;
 mod deposits;

@@ -90,7 +90,7 @@ impl PagedWorld {
     /// Brings a page.
     fn load(&self, page: PageId, buffer: &mut BlockBuffer) -> Result<(), OpenError> {
         let begin = Instant::now();
-        while !self.pool.load(page..page + 1, buffer)? {
+        while !self.pool.load(&[page], buffer)? {
             std::thread::sleep(PATIENCE);
         }
         self.waited.fetch_add(begin.elapsed().as_nanos() as u64, Ordering::Relaxed);

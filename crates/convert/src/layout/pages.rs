@@ -1,31 +1,26 @@
-//! The order of pages in a piece.
+//! The order of the pages of a piece in the file. Their numbers stay those of the hierarchy, which decide between hits at
+//! the same distance.
 
 use super::Layout;
-use crate::assemble::Assembled;
+use crate::assemble::Root;
 use raystrips_geom::Aabb;
 use raystrips_layout::{Graph, Permutation, Tree};
 use raystrips_strips::Bvh;
 
-/// Orders the pages of a piece, which come depth first.
-pub(crate) fn order_pages(layout: Layout, assembled: &mut Assembled) {
-    if layout == Layout::DepthFirst {
-        return;
-    }
-    let order = match layout.of_tree() {
+/// The order of `count` pages, which are numbered depth first; leaf i of `tree` leads to root i.
+pub(crate) fn order_pages(layout: Layout, tree: &Bvh, roots: &[Root], count: usize) -> Permutation {
+    match layout.of_tree() {
         Some(how) => {
-            let (tree, leaves) = tree_of(&assembled.tree);
+            let (tree, leaves) = tree_of(tree);
             let nodes = how.of(&tree);
-            let roots = nodes.order().iter().filter_map(|&node| leaves[node as usize]);
-            by_first_visit(roots.map(|root| assembled.roots[root].page), assembled.pages.len())
+            let visited = nodes.order().iter().filter_map(|&node| leaves[node as usize]);
+            by_first_visit(visited.map(|root| roots[root].page), count)
         }
         None => {
-            let centers = centers(assembled);
-            layout.of_graph().of(&Graph::new(centers.len(), &[]), &centers)
+            let centers = centers(tree, roots, count);
+            layout.of_graph().of(&Graph::new(count, &[]), &centers)
         }
-    };
-    assembled.pages = order.apply(std::mem::take(&mut assembled.pages));
-    let places = order.places();
-    assembled.roots.iter_mut().for_each(|root| root.page = places[root.page as usize]);
+    }
 }
 
 /// A hierarchy in pre-order, and for each node its item if it is a leaf.
@@ -57,9 +52,9 @@ fn by_first_visit(named: impl Iterator<Item = u32>, count: usize) -> Permutation
 }
 
 /// The middle of what is in each page.
-fn centers(assembled: &Assembled) -> Vec<[f32; 3]> {
-    let mut boxes = vec![Aabb::EMPTY; assembled.pages.len()];
-    for (root, bounds) in assembled.roots.iter().zip(assembled.tree.leaf_bounds()) {
+fn centers(tree: &Bvh, roots: &[Root], count: usize) -> Vec<[f32; 3]> {
+    let mut boxes = vec![Aabb::EMPTY; count];
+    for (root, bounds) in roots.iter().zip(tree.leaf_bounds()) {
         let page = &mut boxes[root.page as usize];
         *page = page.union(bounds);
     }

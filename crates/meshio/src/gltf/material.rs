@@ -70,6 +70,7 @@ fn convert(json: &JsonMaterial) -> Material {
         metallic: if pbr.metallic_roughness_texture.is_some() { 0.0 } else { pbr.metallic_factor.0 },
         roughness: pbr.roughness_factor.0,
         double_sided: json.double_sided,
+        specular: 1.0,
         ..Material::default()
     };
     if json.emissive_texture.is_some() {
@@ -85,6 +86,12 @@ fn convert(json: &JsonMaterial) -> Material {
         material.emission = material.emission.map(|c| c * strength);
         material.transmission = extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor.0);
         material.ior = extensions.ior.as_ref().map_or(material.ior, |i| i.ior.0);
+        material.specular = extensions.specular.as_ref().map_or(1.0, |s| s.specular_factor.0);
+        let volume = extensions.volume.as_ref().filter(|volume| volume.thickness_factor.0 > 0.0);
+        material.thin = volume.is_none();
+        if let Some(volume) = volume {
+            material.absorption = absorption(volume.attenuation_color.0, volume.attenuation_distance.0);
+        }
     }
     match json.alpha_mode {
         Checked::Valid(AlphaMode::Blend) => {}
@@ -97,6 +104,15 @@ fn convert(json: &JsonMaterial) -> Material {
     clamped(material)
 }
 
+/// Of a material of which light has `color` after `distance` (KHR_materials_volume).
+fn absorption(color: [f32; 3], distance: f32) -> [f32; 3] {
+    match distance > 0.0 && distance.is_finite() {
+        // Black would be absorbed at once.
+        true => color.map(|c| -c.clamp(1e-6, 1.0).ln() / distance),
+        false => [0.0; 3],
+    }
+}
+
 /// JSON may hold any number; the renderer may not get it.
 fn clamped(material: Material) -> Material {
     Material {
@@ -106,6 +122,7 @@ fn clamped(material: Material) -> Material {
         metallic: material.metallic.clamp(0.0, 1.0),
         roughness: material.roughness.clamp(0.0, 1.0),
         transmission: material.transmission.clamp(0.0, 1.0),
+        specular: material.specular.clamp(0.0, 1.0),
         // An index of 0 is the specification's way to turn Fresnel reflection off.
         ior: if material.ior >= 1.0 && material.ior.is_finite() { material.ior } else { 1.5 },
         ..material

@@ -5,7 +5,7 @@
 //!
 //! MTL describes Phong surfaces. `Kd` becomes the base color (`Ks` where a material is a mirror: black `Kd`, `illum`
 //! 3 or 5), `Ns` the roughness of a microfacet lobe of the same width, `d` and `Tr` the opacity, `Ke` the emission.
-//! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass. `Pr` and `Pm` of the PBR extension, where
+//! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass, of the color of `Tf`. `Pr` and `Pm` of the PBR extension, where
 //! given, win.
 
 use crate::Result;
@@ -60,6 +60,7 @@ struct Phong {
     emission: [f32; 3],
     exponent: Option<f32>,
     opacity: Option<f32>,
+    filter: Option<[f32; 3]>,
     ior: Option<f32>,
     illumination: i32,
     roughness: Option<f32>,
@@ -77,6 +78,7 @@ impl Phong {
         match keyword {
             b"Kd" => self.diffuse = Some(color(rest)?),
             b"Ks" => self.specular = Some(color(rest)?),
+            b"Tf" => self.filter = Some(color(rest)?),
             b"Ke" => self.emission = color(rest)?,
             b"Ns" => self.exponent = Some(number(rest)?),
             b"Ni" => self.ior = Some(number(rest)?),
@@ -106,15 +108,20 @@ impl Phong {
         // Black with a texture means the color of the texture, which is not read yet.
         let diffuse = self.diffuse.filter(|&c| !(self.has_diffuse_map && black(c)));
         let base_color = if mirror { self.specular } else { diffuse }.unwrap_or(plain.base_color);
+        let base_color = match self.filter.filter(|_| glass) {
+            Some(filter) => filter,
+            None if glass && black(base_color) => [1.0; 3],
+            None => base_color,
+        };
         Material {
-            base_color: if glass && black(base_color) { [1.0; 3] } else { base_color }
-                .map(|c| c.clamp(0.0, 1.0)),
+            base_color: base_color.map(|c| c.clamp(0.0, 1.0)),
             alpha: if glass { 1.0 } else { self.opacity.unwrap_or(1.0).clamp(0.0, 1.0) },
             emission: self.emission.map(|c| c.max(0.0)),
             metallic: self.metallic.unwrap_or(if mirror { 1.0 } else { 0.0 }).clamp(0.0, 1.0),
             roughness: self.roughness.or(smooth).or(lobe).unwrap_or(plain.roughness).clamp(0.0, 1.0),
             transmission: if glass { 1.0 } else { 0.0 },
             ior: self.ior.filter(|&ior| ior >= 1.0).unwrap_or(plain.ior),
+            specular: if shiny || glass || self.roughness.is_some() { 1.0 } else { 0.0 },
             name: self.name,
             ..plain
         }
@@ -159,11 +166,14 @@ mod tests {
     fn phong_becomes_metallic_roughness() {
         let (library, warnings) = library(
             "\u{feff}# c\r\nnewmtl  red wall \r\nKd 1 0 0\r\nd 0.5\r\n\tnewmtl glass\nKd 0 0 0\nNi 1.5\nillum 7\n\
-             newmtl mirror\nKd 0 0 0\nKs .9\nillum 3\nnewmtl lamp\nKe 4 4 4\nKd 0.5\nnewmtl lamp\nKd 0 0 0",
+             newmtl mirror\nKd 0 0 0\nKs .9\nillum 3\nnewmtl lamp\nKe 4 4 4\nKd 0.5\nnewmtl lamp\nKd 0 0 0\n\
+             newmtl bottle\nKd .8 .8 .8\nTf 0 1 0\nNi 1.5\nillum 6",
         );
         assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!((library["red wall"].base_color, library["red wall"].alpha), ([1.0, 0.0, 0.0], 0.5));
         assert_eq!((library["glass"].transmission, library["glass"].ior), (1.0, 1.5));
+        assert_eq!((library["bottle"].base_color, library["bottle"].specular), ([0.0, 1.0, 0.0], 1.0));
+        assert_eq!(library["red wall"].specular, 0.0);
         assert_eq!((library["mirror"].metallic, library["mirror"].roughness), (1.0, 0.0));
         assert_eq!((library["lamp"].emission, library["lamp"].base_color), ([4.0; 3], [0.5; 3]));
     }

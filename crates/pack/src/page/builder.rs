@@ -63,8 +63,6 @@ pub struct PageBuilder<'a> {
 pub struct BuiltPage {
     /// What goes into the file.
     pub bytes: Vec<u8>,
-    /// Number of its first triangle.
-    pub first_triangle: u64,
     /// Triangles.
     pub triangle_count: u32,
     /// Nodes.
@@ -157,7 +155,6 @@ impl<'a> PageBuilder<'a> {
             - counts.strip_trees;
         Ok(BuiltPage {
             bytes,
-            first_triangle,
             triangle_count: body.triangle_count,
             node_count: stored.len() as u32,
             strip_count: self.strip_count as u64,

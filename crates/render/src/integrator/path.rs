@@ -2,8 +2,9 @@
 //! Rendering", 3rd edition).
 //!
 //! At each surface one point of the area lights and one punctual light are sampled, and the path goes on in a
-//! direction sampled by the cosine. Area lights are found both ways and weighted by multiple importance
-//! sampling; the sky only by directions, punctual lights only by sampling.
+//! direction sampled as the surface scatters. Area lights are found both ways and weighted by multiple importance
+//! sampling; the sky only by directions, punctual lights only by sampling. Lights are not sampled through surfaces, nor
+//! for smooth ones: what goes there counts in full.
 //!
 //! Partly opaque surfaces let a path pass by chance. Shadow rays take them as opaque, so light through them is
 //! found by chance too: after passing, a path counts what it meets in full. Punctual lights do not shine
@@ -11,15 +12,15 @@
 
 use super::Shader;
 use crate::{
+    bsdf::Bsdf,
     interaction::SurfaceInteraction,
     lights::{AreaLights, PunctualLights},
-    sampling::{cosine_hemisphere, power_heuristic},
+    sampling::power_heuristic,
     sky,
     wave::{Path, ShadeOutput},
 };
 use glam::Vec3;
 use raystrips_geom::{Ray, scene::Sky};
-use std::f32::consts::FRAC_1_PI;
 
 /// Russian roulette spares this many reflections: they carry most of the light.
 const ROULETTE_START: u32 = 3;
@@ -81,14 +82,13 @@ impl<'a> PathTracer<'a> {
             out.add_first_hit(path, hit);
         }
         self.add_emission(path, ray, hit, out);
-        let is_black = hit.material.albedo == Vec3::ZERO;
-        if is_black || path.bounces >= self.max_bounces {
+        let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+        if bsdf.is_black() || path.bounces >= self.max_bounces {
             return None;
         }
-        let brdf = hit.material.albedo * FRAC_1_PI;
-        self.add_area_light(path, hit, brdf, out);
-        self.add_punctual_light(path, hit, brdf, out);
-        self.scatter(path, hit)
+        self.add_area_light(path, hit, &bsdf, out);
+        self.add_punctual_light(path, hit, &bsdf, out);
+        self.scatter(path, hit, &bsdf)
     }
 
     /// Emission of the surface itself.
@@ -105,33 +105,43 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that comes straight from area lights and is reflected here.
-    fn add_area_light(&self, path: &Path, hit: &SurfaceInteraction, brdf: Vec3, out: &mut ShadeOutput) {
+    fn add_area_light(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
         if self.area_lights.is_empty() {
             return;
         }
         if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
-            let cosine = hit.n.dot(light.wi);
-            let weight = (self.light_weight)(light.pdf, cosine * FRAC_1_PI);
-            let contribution = path.throughput * brdf * light.radiance * (cosine * weight / light.pdf);
-            out.add_unless_occluded(path, light.shadow_ray, contribution);
+            let (reflected, pdf) = bsdf.evaluate(light.wi);
+            if reflected != Vec3::ZERO {
+                let scale = hit.n.dot(light.wi) * (self.light_weight)(light.pdf, pdf) / light.pdf;
+                out.add_unless_occluded(
+                    path,
+                    light.shadow_ray,
+                    path.throughput * reflected * light.radiance * scale,
+                );
+            }
         }
     }
 
     /// Light that comes straight from punctual lights and is reflected here.
-    fn add_punctual_light(&self, path: &Path, hit: &SurfaceInteraction, brdf: Vec3, out: &mut ShadeOutput) {
+    fn add_punctual_light(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
         if self.punctual_lights.is_empty() {
             return;
         }
         let [u, _] = Pair::PunctualLight.of(path);
         if let Some((ray, irradiance)) = self.punctual_lights.sample(&hit.point, hit.n, u) {
-            out.add_unless_occluded(path, ray, path.throughput * brdf * irradiance);
+            let (reflected, _) = bsdf.evaluate(ray.dir.normalize());
+            if reflected != Vec3::ZERO {
+                out.add_unless_occluded(path, ray, path.throughput * reflected * irradiance);
+            }
         }
     }
 
-    /// The reflected ray, unless the path ends here.
-    fn scatter(&self, path: &mut Path, hit: &SurfaceInteraction) -> Option<Ray> {
-        // Directions are sampled with the density of the cosine, so what is left of brdf cos / pdf is the albedo.
-        path.throughput *= hit.material.albedo;
+    /// The ray with which the path goes on, unless it ends here.
+    fn scatter(&self, path: &mut Path, hit: &SurfaceInteraction, bsdf: &Bsdf) -> Option<Ray> {
+        // Of the pair for punctual lights one number is left.
+        let [_, choice] = Pair::PunctualLight.of(path);
+        let scattered = bsdf.sample(Pair::Direction.of(path), choice)?;
+        path.throughput *= scattered.weight;
         path.bounces += 1;
         let survival = path.throughput.max_element();
         if path.bounces >= ROULETTE_START && survival < 1.0 {
@@ -140,9 +150,9 @@ impl<'a> PathTracer<'a> {
             }
             path.throughput /= survival;
         }
-        let (dir, cosine) = cosine_hemisphere(hit.n, Pair::Direction.of(path));
-        path.scatter_pdf = Some(cosine * FRAC_1_PI);
-        (cosine > 0.0).then(|| hit.point.spawn(hit.n, dir))
+        path.scatter_pdf = scattered.pdf;
+        let side = if scattered.is_transmitted { -hit.n } else { hit.n };
+        Some(hit.point.spawn(side, scattered.wi))
     }
 
     /// The same ray behind the surface.
@@ -165,6 +175,9 @@ impl Shader for PathTracer<'_> {
             out.add(path, path.throughput * sky::radiance(&self.sky, ray.dir));
             return None;
         };
+        if !hit.front && hit.material.is_solid() {
+            path.throughput *= hit.material.transmittance(hit.distance);
+        }
         let passes = hit.material.alpha < 1.0 && Pair::Survival.of(path)[0] >= hit.material.alpha;
         let next = if passes { self.pass(path, ray, hit) } else { self.reflect(path, ray, hit, out) };
         path.segment += 1;

@@ -152,3 +152,34 @@ fn partly_opaque_surfaces_let_light_pass() {
     world.description.cameras.push(probe(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO));
     assert_near(mean(&render_quietly(&world, &params(256, 1))), Vec3::splat(0.5 * 0.75), 0.01);
 }
+
+/// In smooth glass no light is lost, and a path that is long enough comes out.
+#[test]
+fn clear_glass_vanishes_in_a_white_sky() {
+    for thin in [false, true] {
+        let mut world = BruteWorld::default();
+        let glass = Material { transmission: 1.0, specular: 1.0, roughness: 0.0, thin, ..matte([1.0; 3]) };
+        world.add(&box_walls(Vec3::splat(2.0), Vec3::splat(4.0)), glass);
+        world.description.sky = Some(Sky::Constant([1.0; 3]));
+        let picture = render_quietly(&world, &params(16, 200));
+        assert_near(mean(&picture), Vec3::ONE, 1e-3);
+    }
+}
+
+#[test]
+fn light_is_absorbed_along_its_way_through_a_solid() {
+    let mut world = BruteWorld::default();
+    // Without refraction: straight through three units.
+    let absorbing = Material {
+        transmission: 1.0,
+        roughness: 0.0,
+        ior: 1.0,
+        absorption: [0.0, 0.5, 2.0],
+        ..matte([1.0; 3])
+    };
+    world.add(&box_walls(Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, 9.0, 3.0)), absorbing);
+    world.description.sky = Some(Sky::Constant([1.0; 3]));
+    world.description.cameras.push(probe(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
+    let expected = Vec3::new(1.0, libm::expf(-1.5), libm::expf(-6.0));
+    assert_near(mean(&render_quietly(&world, &params(4, 8))), expected, 1e-3);
+}

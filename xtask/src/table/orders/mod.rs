@@ -1,22 +1,21 @@
 //! Orders of rays under limits of memory and disk, beside the paper's figures (Moon, Byun, Kim, Claudio, Kim, Ban, Nam,
 //! Yoon 2010, section 7).
 
-mod limited;
 mod multi_bvh;
-mod plot;
 mod small;
 
 use crate::compare::programs;
 use crate::flags::Flags;
+use crate::table::limited::{DISKS, Disk, Limited, Measured};
+use crate::table::plot;
 use anyhow::{Context, Result, bail};
-use limited::{DISKS, Disk, Limited, Measured};
 use std::path::PathBuf;
 use std::process::Command;
 
 /// How it is called.
 pub const USAGE: &str = "cargo xtask table orderings|buffer|proxy-size|io|memory-share|threads|multi-bvh|small -o DIR [--limits with_limits.sh] \
      [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell] [--size 640x480] [--spp 8] [--threads 2] \
-     [--seconds 300] [--plot OUT.svg] [--pack FILE.rsp]";
+     [--seconds 300] [--orders hph,queues] [--plot OUT.svg] [--pack FILE.rsp]";
 
 /// A scene of the paper, what stands for it here, and the share of it that was in memory there.
 struct PaperScene {
@@ -58,6 +57,8 @@ struct Setting {
     scene: &'static PaperScene,
     scale: f64,
     pack: Option<PathBuf>,
+    /// Of table III; empty: all.
+    orders: Vec<String>,
     plot: Option<PathBuf>,
 }
 
@@ -104,6 +105,7 @@ impl Setting {
             "--spp",
             "--threads",
             "--seconds",
+            "--orders",
             "--plot",
             "--pack",
         ];
@@ -128,6 +130,7 @@ impl Setting {
             scene: SCENES.iter().find(|s| s.name == scene).context("--scene: neither atrium nor cornell")?,
             scale: named("--scale", "1").parse().context("--scale")?,
             pack: flags.value("--pack").map(std::path::absolute).transpose()?,
+            orders: flags.value("--orders").iter().flat_map(|o| o.split(',')).map(str::to_owned).collect(),
             plot: flags.value("--plot").map(PathBuf::from),
         })
     }
@@ -199,13 +202,14 @@ impl Setting {
         let [.., largest] = none.as_slice() else { return Ok(()) };
         row("none, all in memory", "", resident.rate() / largest.rate(), &resident);
         row("none", "1", 1.0, largest);
-        for (name, paper) in PAPER_ORDERS.iter().zip(self.scene.speedups) {
-            order(name, &paper.to_string(), &["--reorder", name])?;
+        let is_wanted =
+            |name: &str| self.orders.is_empty() || self.orders.iter().any(|wanted| wanted == name);
+        let papers = PAPER_ORDERS.iter().zip(self.scene.speedups.map(|paper| paper.to_string()));
+        let others = OTHER_ORDERS.iter().map(|name| (name, String::new()));
+        for (name, paper) in papers.chain(others).filter(|(name, _)| is_wanted(name)) {
+            order(name, &paper, &["--reorder", name])?;
         }
-        for name in OTHER_ORDERS {
-            order(name, "", &["--reorder", name])?;
-        }
-        order("auto", "", &[])
+        if is_wanted("auto") { order("auto", "", &[]) } else { Ok(()) }
     }
 
     /// Table I: memory for rays, as parts of what the paper gives.

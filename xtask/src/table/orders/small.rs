@@ -1,6 +1,6 @@
 //! Orders where all is in memory: speed, and what caches of the processor miss (Moon et al. 2010, section 5.3).
 
-use super::{DISKS, OTHER_ORDERS, PAPER_ORDERS, Rendered, Setting, limited::Measured, overhead};
+use super::{DISKS, Measured, OTHER_ORDERS, PAPER_ORDERS, Rendered, Setting, overhead};
 use crate::cache::Shape;
 use crate::simulation::{Caches, SimulatedWorld, Simulation};
 use anyhow::{Context, Result};

@@ -106,6 +106,11 @@ impl Limited {
         steps
     }
 
+    /// Renders the whole picture, however long that takes.
+    pub fn whole(&self, pack: &Path, options: &[&str], limits: (Option<u64>, &Disk)) -> Result<Measured> {
+        self.render_once(pack, options, limits, (1, self.spp))
+    }
+
     fn render_once(
         &self,
         pack: &Path,

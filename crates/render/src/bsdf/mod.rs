@@ -1,0 +1,239 @@
+//! How a surface scatters light: the metallic-roughness model of glTF 2.0 (appendix B), with transmission.
+//!
+//! A surface is a mixture of three lobes: reflection at a boundary of microfacets, which is that of a dielectric or of a
+//! metal; below a dielectric, diffuse reflection (Lambert), or transmission (Walter, Marschner, Li, Torrance 2007). What
+//! facets of a metal reflect to each other is added. Below [`Ggx::MIN_ALPHA`] microfacets are a smooth boundary,
+//! whose directions no light can be sampled for.
+//!
+//! Radiance is not scaled by the square of the index of refraction: what a path loses when it enters a medium it gains when
+//! it leaves. Lamps inside of glass are brighter by that.
+
+mod energy;
+mod fresnel;
+mod ggx;
+#[cfg(test)]
+mod tests;
+
+use crate::material::ShadingMaterial;
+use crate::sampling::cosine_hemisphere;
+use energy::Coat;
+use ggx::Ggx;
+use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
+
+/// How light that leaves towards the viewer comes from elsewhere.
+pub(crate) struct Bsdf<'a> {
+    material: &'a ShadingMaterial,
+    /// Normal on the side of the viewer.
+    n: Vec3,
+    /// All but plain diffuse reflection.
+    lobes: Option<Lobes>,
+}
+
+/// A direction that light may come from.
+pub(crate) struct Scattered {
+    pub wi: Vec3,
+    /// What of it leaves towards the viewer, over the density of the direction.
+    pub weight: Vec3,
+    /// Density over solid angle, if lights are sampled for this direction too.
+    pub pdf: Option<f32>,
+    /// It comes through the surface.
+    pub is_transmitted: bool,
+}
+
+/// Mixture of lobes as seen from one side.
+struct Lobes {
+    /// Unit vectors at right angles to the normal and each other.
+    tangents: (Vec3, Vec3),
+    /// To the viewer, in the frame of tangents and normal.
+    wo: Vec3,
+    /// Index of refraction behind the surface over that before it.
+    eta: f32,
+    /// Nothing: a smooth boundary.
+    facets: Option<Ggx>,
+    /// What reflection by a metal is multiplied by, for light that facets reflect to each other.
+    compensation: Vec3,
+    /// Probabilities with which reflection, diffuse reflection and transmission are chosen.
+    choice: [f32; 3],
+}
+
+impl<'a> Bsdf<'a> {
+    /// Of a surface seen along `dir`, with `n` on the side of the viewer; `is_outside`: the viewer is before its front.
+    pub fn new(material: &'a ShadingMaterial, n: Vec3, is_outside: bool, dir: Vec3) -> Bsdf<'a> {
+        let lobes = (!material.is_matte).then(|| Lobes::new(material, n, is_outside, dir));
+        Bsdf { material, n, lobes }
+    }
+
+    /// True where nothing is scattered.
+    pub fn is_black(&self) -> bool {
+        match &self.lobes {
+            None => self.material.albedo == Vec3::ZERO,
+            Some(lobes) => lobes.choice.iter().all(|&probability| probability == 0.0),
+        }
+    }
+
+    /// What of light from `wi`, a unit vector on the viewer's side, is reflected to the viewer (without the cosine), and the
+    /// density with which [`Bsdf::sample`] finds this direction.
+    pub fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
+        match &self.lobes {
+            None => (self.material.albedo * FRAC_1_PI, self.n.dot(wi) * FRAC_1_PI),
+            Some(lobes) => lobes.evaluate(self.material, lobes.local(self.n, wi)),
+        }
+    }
+
+    /// Chooses a direction; `None` where the choice fell on one from which nothing comes.
+    pub fn sample(&self, u: [f32; 2], choice: f32) -> Option<Scattered> {
+        let Some(lobes) = &self.lobes else {
+            let (wi, cosine) = cosine_hemisphere(self.n, u);
+            let pdf = Some(cosine * FRAC_1_PI);
+            return (cosine > 0.0).then_some(Scattered {
+                wi,
+                weight: self.material.albedo,
+                pdf,
+                is_transmitted: false,
+            });
+        };
+        let scattered = lobes.sample(self.material, u, choice)?;
+        let (s, t) = lobes.tangents;
+        let Vec3 { x, y, z } = scattered.wi;
+        Some(Scattered { wi: (s * x + t * y + self.n * z).normalize(), ..scattered })
+    }
+}
+
+impl Lobes {
+    fn new(material: &ShadingMaterial, n: Vec3, is_outside: bool, dir: Vec3) -> Lobes {
+        let tangents = n.any_orthonormal_pair();
+        let to_viewer = -dir.normalize();
+        let wo = Vec3::new(tangents.0.dot(to_viewer), tangents.1.dot(to_viewer), n.dot(to_viewer).max(1e-4));
+        // Of what nothing is seen through only the outside is there.
+        let eta = if is_outside || !material.is_solid() { material.ior } else { 1.0 / material.ior };
+        let facets = (material.alpha_ggx >= Ggx::MIN_ALPHA).then(|| Ggx::new(material.alpha_ggx));
+        let mut lobes = Lobes { tangents, wo, eta, facets, compensation: Vec3::ONE, choice: [0.0; 3] };
+        if facets.is_some() {
+            lobes.compensation = energy::compensation(wo.z, material.alpha_ggx, material.albedo);
+        }
+        lobes.choose(material);
+        lobes
+    }
+
+    fn local(&self, n: Vec3, w: Vec3) -> Vec3 {
+        Vec3::new(self.tangents.0.dot(w), self.tangents.1.dot(w), n.dot(w))
+    }
+
+    /// Lobes are chosen by about what they reflect of light from everywhere.
+    fn choose(&mut self, material: &ShadingMaterial) {
+        let reflected = self.reflectance(material, self.wo.z).max_element();
+        let passed = self.coat(material).map_or(1.0, |coat| coat.passed(self.wo.z));
+        let transmitted = self.transmitted(material, self.wo.z).max_element();
+        // Where the surface as a whole reflects all, some facets do not.
+        let least = if self.facets.is_some() { 0.2 * material.transmitted().max_element() } else { 0.0 };
+        let parts = [reflected, material.diffuse().max_element() * passed, transmitted.max(least)];
+        let sum: f32 = parts.iter().sum();
+        if sum > 0.0 {
+            self.choice = parts.map(|part| part / sum);
+        }
+    }
+
+    /// Reflectance of facets at an angle of this cosine: of glass, of what is opaque below its boundary, and of metal.
+    fn reflectance(&self, material: &ShadingMaterial, cosine: f32) -> Vec3 {
+        let glass = material.transmission * self.glass(material, cosine);
+        let opaque =
+            (1.0 - material.transmission) * self.coat(material).map_or(0.0, |coat| coat.reflectance(cosine));
+        let metal = self.compensation * fresnel::schlick(cosine, material.albedo);
+        (1.0 - material.metallic) * (glass + opaque) + metal * material.metallic
+    }
+
+    /// Reflectance at an angle of this cosine of a boundary through which light goes.
+    fn glass(&self, material: &ShadingMaterial, cosine: f32) -> f32 {
+        let reflectance = fresnel::dielectric(cosine, self.eta);
+        if reflectance >= 1.0 {
+            return 1.0;
+        }
+        let reflectance = material.specular * reflectance;
+        if material.is_sheet() { fresnel::sheet(reflectance) } else { reflectance }
+    }
+
+    /// What of light at an angle of this cosine goes through the boundary and the material.
+    fn transmitted(&self, material: &ShadingMaterial, cosine: f32) -> Vec3 {
+        material.transmitted() * (1.0 - self.glass(material, cosine))
+    }
+
+    /// The boundary above what reflects diffusely; from inside there is none.
+    fn coat(&self, material: &ShadingMaterial) -> Option<Coat> {
+        let root = (self.eta - 1.0) / (self.eta + 1.0);
+        let coat = Coat { alpha: material.alpha_ggx, normal: root * root, strength: material.specular };
+        (self.eta >= 1.0).then_some(coat)
+    }
+
+    fn evaluate(&self, material: &ShadingMaterial, wi: Vec3) -> (Vec3, f32) {
+        if wi.z <= 0.0 {
+            return (Vec3::ZERO, 0.0);
+        }
+        let wo = self.wo;
+        let h = (wo + wi).normalize();
+        let cosine = wo.dot(h);
+        let passed = self.coat(material).map_or(1.0, |coat| coat.diffuse([wo.z, wi.z]));
+        let diffuse = material.diffuse() * (passed * FRAC_1_PI);
+        let diffuse_pdf = self.choice[1] * wi.z * FRAC_1_PI;
+        let Some(ggx) = self.facets else { return (diffuse, diffuse_pdf) };
+        let facets = ggx.facets(h) / (4.0 * wo.z);
+        let reflected = self.reflectance(material, cosine) * (facets * ggx.visible_from_both(wo, wi) / wi.z);
+        (diffuse + reflected, diffuse_pdf + self.choice[0] * facets * ggx.visible(wo))
+    }
+
+    fn sample(&self, material: &ShadingMaterial, u: [f32; 2], choice: f32) -> Option<Scattered> {
+        let [reflected, diffuse, _] = self.choice;
+        if choice < reflected {
+            return match self.facets {
+                Some(ggx) => self.combined(material, mirrored(self.wo, ggx.sample(self.wo, u))),
+                None => Some(Scattered {
+                    wi: mirrored(self.wo, Vec3::Z),
+                    weight: self.reflectance(material, self.wo.z) / reflected,
+                    pdf: None,
+                    is_transmitted: false,
+                }),
+            };
+        }
+        if choice < reflected + diffuse {
+            return self.combined(material, cosine_hemisphere(Vec3::Z, u).0);
+        }
+        self.transmit(material, u)
+    }
+
+    /// A direction of reflection that either lobe may have chosen.
+    fn combined(&self, material: &ShadingMaterial, wi: Vec3) -> Option<Scattered> {
+        let (value, pdf) = self.evaluate(material, wi);
+        let weight = value * (wi.z / pdf);
+        (wi.z > 0.0 && pdf > 0.0 && weight.is_finite()).then_some(Scattered {
+            wi,
+            weight,
+            pdf: Some(pdf),
+            is_transmitted: false,
+        })
+    }
+
+    fn transmit(&self, material: &ShadingMaterial, u: [f32; 2]) -> Option<Scattered> {
+        let h = self.facets.map_or(Vec3::Z, |ggx| ggx.sample(self.wo, u));
+        let cosine = self.wo.dot(h);
+        let wi = if material.is_sheet() {
+            // What a rough sheet lets through is spread as what it reflects is.
+            mirrored(self.wo, h) * Vec3::new(1.0, 1.0, -1.0)
+        } else {
+            let behind = fresnel::transmitted_cosine(cosine, self.eta)?;
+            h * (cosine / self.eta - behind) - self.wo / self.eta
+        };
+        let visible = self.facets.map_or(1.0, |ggx| ggx.visible(wi));
+        let weight = self.transmitted(material, cosine) * (visible / self.choice[2]);
+        (wi.z < 0.0 && weight.is_finite()).then_some(Scattered {
+            wi,
+            weight,
+            pdf: None,
+            is_transmitted: true,
+        })
+    }
+}
+
+/// The direction that `w` is reflected to by a mirror with normal `h`.
+fn mirrored(w: Vec3, h: Vec3) -> Vec3 {
+    h * (2.0 * w.dot(h)) - w
+}
