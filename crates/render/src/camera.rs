@@ -1,6 +1,9 @@
 //! Cameras: from a point of the picture to a ray.
 
-use crate::params::RenderError;
+use crate::params::{RenderError, RenderParams};
+use crate::sampler::PathSampler;
+use crate::wave::Path;
+use crate::world::World;
 use glam::{DVec3, Vec3};
 use raystrips_geom::{
     Aabb, Ray,
@@ -53,6 +56,45 @@ impl CameraRays {
         } else {
             Ray::new(self.position, (self.forward + across).normalize())
         }
+    }
+}
+
+/// Where the paths of a picture begin: at the camera.
+pub(crate) struct CameraPaths {
+    camera: CameraRays,
+    width: u32,
+    height: u32,
+    seed: u64,
+    /// Number of what is sample 0 here.
+    first_sample: u32,
+}
+
+impl CameraPaths {
+    /// Of the camera that was asked for, else of the first one of the scene, else of one that sees all of it.
+    ///
+    /// # Errors
+    /// Where that is of no use.
+    pub fn new(params: &RenderParams, world: &dyn World) -> Result<CameraPaths, RenderError> {
+        let camera = params.camera.as_ref().or(world.description().cameras.first()).cloned();
+        let camera = camera.unwrap_or_else(|| frame_bounds(&world.bounds(), params.aspect()));
+        let camera = CameraRays::new(&camera, params.aspect())?;
+        let &RenderParams { width, height, seed, .. } = params;
+        Ok(CameraPaths { camera, width, height, seed, first_sample: 0 })
+    }
+
+    /// The same with other samples.
+    pub fn starting_at(self, first_sample: u32) -> CameraPaths {
+        CameraPaths { first_sample, ..self }
+    }
+
+    /// The beginning of a path, which is counted to number `pixel` of a film: a ray through a uniform point of the pixel at
+    /// (x, y), so a box filter of one pixel.
+    pub fn begin(&self, [x, y]: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        let sampler = PathSampler::new([x, y], self.first_sample + sample_index, self.seed);
+        let [u, v] = sampler.get_2d(0);
+        let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
+        let ray = self.camera.ray(along(x, u, self.width), -along(y, v, self.height));
+        (ray, Path::new(pixel, sampler, Vec3::ONE))
     }
 }
 

@@ -152,20 +152,31 @@ impl Film {
         }
     }
 
-    /// Copies `tile` to the place whose upper left pixel is (x, y).
-    pub(crate) fn paste(&mut self, x: u32, y: u32, tile: &Film) {
+    /// Adds the samples of `tile`, whose upper left pixel is (x, y).
+    pub(crate) fn add_tile(&mut self, x: u32, y: u32, tile: &Film) {
         let row_width = tile.width as usize;
         for row in 0..tile.height as usize {
             let start = (y as usize + row) * self.width as usize + x as usize;
             let (to, from) = (start..start + row_width, row * row_width..(row + 1) * row_width);
-            self.pixels[to.clone()].copy_from_slice(&tile.pixels[from.clone()]);
-            if let (Some(aovs), Some(tile_aovs)) = (&mut self.aovs, &tile.aovs) {
-                aovs[to].copy_from_slice(&tile_aovs[from]);
+            for (pixel, more) in self.pixels[to.clone()].iter_mut().zip(&tile.pixels[from.clone()]) {
+                add_sums(&mut pixel.rgb, &more.rgb);
+                pixel.samples += more.samples;
+                pixel.depth = pixel.depth.min(more.depth);
+            }
+            if let (Some(aovs), Some(more)) = (&mut self.aovs, &tile.aovs) {
+                for (pixel, more) in aovs[to].iter_mut().zip(&more[from]) {
+                    add_sums(&mut pixel.albedo, &more.albedo);
+                    add_sums(&mut pixel.normal, &more.normal);
+                }
             }
         }
         self.clamped += tile.clamped;
         self.dropped += tile.dropped;
     }
+}
+
+fn add_sums(sums: &mut [i64; 3], more: &[i64; 3]) {
+    sums.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.saturating_add(*more));
 }
 
 fn add_fixed(sum: &mut [i64; 3], value: Vec3) {
@@ -233,7 +244,7 @@ mod tests {
         let mut tile = Film::new(2, 1, true);
         tile.begin_sample(1);
         tile.add(1, Vec3::ONE);
-        film.paste(1, 1, &tile);
+        film.add_tile(1, 1, &tile);
         let lit: Vec<usize> = (0..6).filter(|&i| film.rgb(i) != [0.0; 3]).collect();
         assert_eq!(lit, [5]);
     }

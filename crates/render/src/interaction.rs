@@ -36,4 +36,17 @@ impl<'a> SurfaceInteraction<'a> {
             material: materials.of(surface.geometry),
         })
     }
+
+    /// The half line along `dir` from here, on this side or behind the surface.
+    pub fn spawn(&self, dir: Vec3, is_behind: bool) -> Ray {
+        self.point.spawn(if is_behind { -self.n } else { self.n }, dir)
+    }
+
+    /// What is left of light after its way here: a solid that it came through absorbs some.
+    pub fn transmittance(&self) -> Vec3 {
+        match !self.front && self.material.is_solid() {
+            true => self.material.transmittance(self.distance),
+            false => Vec3::ONE,
+        }
+    }
 }

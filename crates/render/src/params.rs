@@ -1,5 +1,6 @@
 //! What to render and how, and what can be wrong with it.
 
+use crate::photon::PhotonParams;
 use raystrips_geom::scene::Camera;
 use std::fmt;
 use thiserror::Error;
@@ -16,6 +17,8 @@ pub enum Integrator {
     /// Light, by path tracing.
     #[default]
     Path,
+    /// Light, by photon mapping.
+    Photon,
     /// Ambient occlusion: the cosine-weighted share of directions in which nothing is within a quarter of the
     /// diagonal of the scene. The background is white.
     Ao,
@@ -27,6 +30,7 @@ impl fmt::Display for Integrator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Integrator::Path => "path",
+            Integrator::Photon => "photon",
             Integrator::Ao => "ao",
             Integrator::Normal => "normal",
         })
@@ -50,9 +54,12 @@ pub struct RenderParams {
     pub threads: usize,
     /// `None`: the first camera of the scene, else one that shows all of it.
     pub camera: Option<Camera>,
-    /// Surfaces that a path is reflected by at most, for [`Integrator::Path`]: 1 is direct light, 0 shows lights
+    /// Surfaces that a path is reflected by at most, for [`Integrator::Path`]
+    /// and photons: 1 is direct light, 0 shows lights
     /// and sky only.
     pub max_bounces: u32,
+    /// For [`Integrator::Photon`].
+    pub photons: PhotonParams,
     /// Light scenes that have no light of their own by a sun and a sky.
     pub default_light: bool,
     /// Fill the film's albedo and normal.
@@ -70,6 +77,7 @@ impl Default for RenderParams {
             threads: 0,
             camera: None,
             max_bounces: 8,
+            photons: PhotonParams::default(),
             default_light: true,
             aovs: true,
         }

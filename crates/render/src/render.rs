@@ -1,18 +1,18 @@
 //! From a world and parameters to a picture: tiles in parallel, each in waves.
 
 use crate::{
-    camera::{CameraRays, frame_bounds},
+    camera::CameraPaths,
     film::Film,
     integrator::{AmbientOcclusion, Normals, PathTracer, Shader},
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{Integrator, RenderError, RenderParams},
+    photon::{Lit, render_passes},
     sky::lighting,
     unfinished::Unfinished,
     wave::{Tile, Wave, WaveContext},
     world::World,
 };
-use raystrips_geom::{Aabb, scene::SceneDesc};
 use raystrips_tracer::OpenError;
 use std::{
     sync::{
@@ -38,7 +38,7 @@ pub struct RenderStats {
     pub primary: u64,
     /// Rays that ask whether a light is seen.
     pub shadow: u64,
-    /// Rays with which paths went on.
+    /// Rays with which paths went on, and those of photons.
     pub secondary: u64,
     /// Where the time went.
     pub seconds: StageSeconds,
@@ -98,6 +98,12 @@ pub struct Watch<'a> {
 }
 
 impl RenderProgress {
+    /// The same of a picture that it is part of.
+    pub(crate) fn of_picture(self, params: &RenderParams) -> RenderProgress {
+        let samples_total = RenderProgress::of(&RenderStats::default(), params).samples_total;
+        RenderProgress { samples_total, ..self }
+    }
+
     pub(crate) fn of(stats: &RenderStats, params: &RenderParams) -> RenderProgress {
         let &RenderStats { primary, shadow, secondary, .. } = stats;
         RenderProgress {
@@ -131,56 +137,59 @@ pub fn render_tiles(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    with_shader(world, params, |shader, materials| {
-        let tiles = Tile::cover(params.width, params.height);
-        render_given_tiles(world, params, (materials, shader), &tiles, begin, watch)
+    with_shader(world, params, begin, watch, &|part| {
+        let tiles = Tile::cover(part.params.width, part.params.height);
+        render_given_tiles(world, &tiles, part)
     })
 }
 
-/// Calls `render` with the shader that the parameters ask for and the materials of the world.
+/// Paths that are to be followed: a picture, or part of the work for one.
+pub(crate) struct Part<'a> {
+    pub params: &'a RenderParams,
+    pub shader: &'a dyn Shader,
+    pub materials: &'a Materials,
+    pub begin: Unfinished,
+    pub watch: &'a Watch<'a>,
+}
+
+/// Renders with the shader that the parameters ask for. `drive` follows its paths.
 pub(crate) fn with_shader(
     world: &dyn World,
     params: &RenderParams,
-    render: impl FnOnce(&dyn Shader, &Materials) -> Result<Unfinished, RenderError>,
+    begin: Unfinished,
+    watch: &Watch,
+    drive: &dyn Fn(Part) -> Result<Unfinished, RenderError>,
 ) -> Result<Unfinished, RenderError> {
     params.validate()?;
     let description = world.description();
     let materials = Materials::new(description);
     let (lights, sky) = lighting(description, params.default_light);
-    match params.integrator {
+    let camera = CameraPaths::new(params, world)?;
+    let shader: Box<dyn Shader> = match params.integrator {
         Integrator::Path => {
             let area_lights = AreaLights::new(world.emitters(), &materials);
             let lights = PunctualLights::new(&lights);
-            render(&PathTracer::new(area_lights, lights, sky, params.max_bounces), &materials)
+            Box::new(PathTracer::new(camera, area_lights, lights, sky, params.max_bounces))
         }
-        Integrator::Ao => render(&AmbientOcclusion::new(&world.bounds()), &materials),
-        Integrator::Normal => render(&Normals, &materials),
-    }
-}
-
-/// Rays of the camera that was asked for, else of the first one of the scene, else of one that sees all of it.
-pub(crate) fn camera_rays(
-    params: &RenderParams,
-    description: &SceneDesc,
-    bounds: &Aabb,
-) -> Result<CameraRays, RenderError> {
-    let camera = params.camera.as_ref().or(description.cameras.first()).cloned();
-    let camera = camera.unwrap_or_else(|| frame_bounds(bounds, params.aspect()));
-    CameraRays::new(&camera, params.aspect())
+        Integrator::Photon => {
+            let lit = Lit { world, materials: &materials, lights: &lights, sky };
+            return render_passes(&lit, params, begin, watch, drive);
+        }
+        Integrator::Ao => Box::new(AmbientOcclusion::new(camera, &world.bounds())),
+        Integrator::Normal => Box::new(Normals { camera }),
+    };
+    drive(Part { params, shader: &*shader, materials: &materials, begin, watch })
 }
 
 /// Renders the tiles from where it was left; threads take them in the order given.
 pub(crate) fn render_given_tiles(
     world: &dyn World,
-    params: &RenderParams,
-    (materials, shader): (&Materials, &dyn Shader),
     tiles: &[Tile],
-    begin: Unfinished,
-    watch: &Watch,
+    part: Part,
 ) -> Result<Unfinished, RenderError> {
     let start = Instant::now();
-    let camera = camera_rays(params, world.description(), &world.bounds())?;
-    let context = WaveContext { world, params, camera: &camera, materials, shader };
+    let Part { params, shader, materials, begin, watch } = part;
+    let context = WaveContext { world, params, materials, shader };
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
     let next_tile = AtomicU64::new(begin.next.min(tiles.len() as u64));
@@ -194,7 +203,7 @@ pub(crate) fn render_given_tiles(
             // The others need not go on when one failed.
             let (tile_film, tile_stats) = outcome.inspect_err(|_| end.store(0, Ordering::Relaxed))?;
             let mut output = output.lock().expect("no thread panics while it holds the film");
-            output.film.paste(tile.x, tile.y, &tile_film);
+            output.film.add_tile(tile.x, tile.y, &tile_film);
             output.stats.add(&tile_stats);
             (watch.progress)(RenderProgress::of(&output.stats, params));
             if (watch.is_due)() {

@@ -4,7 +4,7 @@ use crate::{
     integrator::Shader,
     material::Materials,
     params::RenderParams,
-    render::{RenderOutput, Watch, render, render_given_tiles},
+    render::{Part, RenderOutput, Watch, render, render_given_tiles},
     unfinished::Unfinished,
     wave::Tile,
     world::{Emitter, Surface, World},
@@ -184,9 +184,10 @@ fn boxes_face_outside() {
 pub(crate) fn render_tiles_with(
     world: &dyn World,
     params: &RenderParams,
-    shading: (&Materials, &dyn Shader),
+    (materials, shader): (&Materials, &dyn Shader),
     tiles: &[Tile],
 ) -> RenderOutput {
-    let (begin, watch) = (Unfinished::new(params), Watch { is_due: &|| false, progress: &|_| {} });
-    render_given_tiles(world, params, shading, tiles, begin, &watch).unwrap().into_output()
+    let (begin, watch) = (Unfinished::new(params), &Watch { is_due: &|| false, progress: &|_| {} });
+    let part = Part { params, shader, materials, begin, watch };
+    render_given_tiles(world, tiles, part).unwrap().into_output()
 }

@@ -4,7 +4,6 @@
 //! rays, each with what is needed to go on once it is answered; nothing depends on the order in them.
 
 use crate::{
-    camera::CameraRays,
     deposits::Deposits,
     film::Film,
     integrator::Shader,
@@ -65,6 +64,14 @@ pub(crate) struct Path {
     pub distance: f32,
 }
 
+impl Path {
+    /// A path that begins with so much light, or importance.
+    pub fn new(pixel: u32, sampler: PathSampler, throughput: Vec3) -> Path {
+        let (scatter_pdf, distance) = (None, 0.0);
+        Path { pixel, sampler, throughput, scatter_pdf, segment: 0, bounces: 0, passed: 0, distance }
+    }
+}
+
 /// Rays that wait, each with its errand.
 #[derive(Default)]
 struct RayQueue<T> {
@@ -120,7 +127,6 @@ impl ShadeOutput<'_> {
 pub(crate) struct WaveContext<'a> {
     pub world: &'a dyn World,
     pub params: &'a RenderParams,
-    pub camera: &'a CameraRays,
     pub materials: &'a Materials,
     pub shader: &'a dyn Shader,
 }
@@ -174,7 +180,7 @@ impl Wave {
             let (pixel, sample_index) = ((sample / spp) as u32, (sample % spp) as u32);
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
             film.begin_sample(pixel as usize);
-            let (ray, path) = camera_path(context.params, context.camera, [x, y], sample_index, pixel);
+            let (ray, path) = context.shader.begin([x, y], sample_index, pixel);
             self.current.push(ray, self.paths.len() as u32);
             self.paths.push(path);
         }
@@ -235,32 +241,6 @@ impl Wave {
         self.stats.seconds.shade += traced.elapsed().as_secs_f64();
         Ok(())
     }
-}
-
-/// The beginning of a path, which is counted to number `pixel` of a film: a ray through a uniform point of the pixel at
-/// (x, y), so a box filter of one pixel.
-pub(crate) fn camera_path(
-    params: &RenderParams,
-    camera: &CameraRays,
-    [x, y]: [u32; 2],
-    sample_index: u32,
-    pixel: u32,
-) -> (Ray, Path) {
-    let sampler = PathSampler::new([x, y], sample_index, params.seed);
-    let [u, v] = sampler.get_2d(0);
-    let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
-    let ray = camera.ray(along(x, u, params.width), -along(y, v, params.height));
-    let path = Path {
-        pixel,
-        sampler,
-        throughput: Vec3::ONE,
-        scatter_pdf: None,
-        segment: 0,
-        bounces: 0,
-        passed: 0,
-        distance: 0.0,
-    };
-    (ray, path)
 }
 
 #[cfg(test)]

@@ -280,6 +280,8 @@ pub enum MethodName {
 pub enum IntegratorName {
     /// Path tracing: light from lamps, emissive surfaces and the sky, with all its bounces.
     Path,
+    /// Photon mapping: the same light, with clear caustics below glass and mirrors.
+    Photon,
     /// Ambient occlusion: how open each place is.
     Ao,
     /// Direction of the surface as a color.
@@ -316,6 +318,18 @@ pub struct RenderArgs {
     /// Bounces of a path.
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub bounces: u32,
+
+    /// Photons sent out in a pass, with the photon integrator. Those of one pass alone are in memory.
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1 << 30))]
+    pub photons: u64,
+
+    /// Passes, each with photons of its own, that share the samples of a pixel.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    pub photon_passes: u32,
+
+    /// Photons of an estimate: more make it smoother.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub photons_nearest: u32,
 
     /// Exposure of a PNG: each step doubles the light.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]

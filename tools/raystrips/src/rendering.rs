@@ -9,8 +9,8 @@ use anyhow::{Result, bail};
 use raystrips_extmem::refuse_huge_pages;
 use raystrips_pack::{Manifest, Pack};
 use raystrips_render::{
-    Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, QueueParams, RenderOutput, RenderParams,
-    Schedule, TracedWorld, World, render_ordered, render_queued, render_tiles,
+    Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, PhotonParams, QueueParams, RenderOutput,
+    RenderParams, Schedule, TracedWorld, World, render_ordered, render_queued, render_tiles,
 };
 use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, Scene};
 use std::fs::File;
@@ -58,6 +58,10 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
         pixels: u64::from(args.size.0) * u64::from(args.size.1),
         aovs: has_aovs(args),
         threads: threads as u64,
+        photon_bytes: match args.integrator {
+            IntegratorName::Photon => photons(args).bytes(args.bounces),
+            _ => 0,
+        },
         hit_proxy: ordering(args.reorder).filter(|(o, _)| o.needs_hit_points()).map(|_| args.hit_proxy),
     };
     let scratch = args.convert.source.scratch.as_deref();
@@ -202,6 +206,10 @@ fn hit_points(
     Ok(Some(HitPoints::new(proxy, geometries, &world.bounds())))
 }
 
+fn photons(args: &RenderArgs) -> PhotonParams {
+    PhotonParams { count: args.photons, nearest: args.photons_nearest, passes: args.photon_passes }
+}
+
 /// PNG has no room for albedo and normal.
 fn has_aovs(args: &RenderArgs) -> bool {
     extension(&args.output).as_deref() == Some("exr")
@@ -211,6 +219,7 @@ fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
     Ok(RenderParams {
         integrator: match args.integrator {
             IntegratorName::Path => Integrator::Path,
+            IntegratorName::Photon => Integrator::Photon,
             IntegratorName::Ao => Integrator::Ao,
             IntegratorName::Normal => Integrator::Normal,
         },
@@ -221,6 +230,7 @@ fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
         threads: args.threads,
         camera: args.camera.as_deref().map(|text| camera::parse(text, manifest)).transpose()?,
         max_bounces: args.bounces,
+        photons: photons(args),
         aovs: has_aovs(args),
         ..RenderParams::default()
     })

@@ -21,6 +21,9 @@ use ggx::Ggx;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
+/// What is rougher reflects as if diffusely.
+const DIFFUSE_ALPHA: f32 = 0.25;
+
 /// How light that leaves towards the viewer comes from elsewhere.
 pub(crate) struct Bsdf<'a> {
     material: &'a ShadingMaterial,
@@ -39,6 +42,8 @@ pub(crate) struct Scattered {
     pub pdf: Option<f32>,
     /// It comes through the surface.
     pub is_transmitted: bool,
+    /// Index of refraction where it comes from over that here.
+    pub eta: f32,
 }
 
 /// Mixture of lobes as seen from one side.
@@ -72,6 +77,13 @@ impl<'a> Bsdf<'a> {
         }
     }
 
+    /// True where light is spread so widely that it can be told from the photons of a place.
+    pub fn is_diffuse(&self) -> bool {
+        let Some(lobes) = &self.lobes else { return self.material.albedo != Vec3::ZERO };
+        let is_rough = self.material.alpha_ggx >= DIFFUSE_ALPHA && lobes.choice[2] == 0.0;
+        lobes.choice[1] > 0.0 || (is_rough && lobes.choice[0] > 0.0)
+    }
+
     /// What of light from `wi`, a unit vector on the viewer's side, is reflected to the viewer (without the cosine), and the
     /// density with which [`Bsdf::sample`] finds this direction.
     pub fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
@@ -91,6 +103,7 @@ impl<'a> Bsdf<'a> {
                 weight: self.material.albedo,
                 pdf,
                 is_transmitted: false,
+                eta: 1.0,
             });
         };
         let scattered = lobes.sample(self.material, u, choice)?;
@@ -191,6 +204,7 @@ impl Lobes {
                     weight: self.reflectance(material, self.wo.z) / reflected,
                     pdf: None,
                     is_transmitted: false,
+                    eta: 1.0,
                 }),
             };
         }
@@ -209,18 +223,19 @@ impl Lobes {
             weight,
             pdf: Some(pdf),
             is_transmitted: false,
+            eta: 1.0,
         })
     }
 
     fn transmit(&self, material: &ShadingMaterial, u: [f32; 2]) -> Option<Scattered> {
         let h = self.facets.map_or(Vec3::Z, |ggx| ggx.sample(self.wo, u));
         let cosine = self.wo.dot(h);
-        let wi = if material.is_sheet() {
+        let (wi, eta) = if material.is_sheet() {
             // What a rough sheet lets through is spread as what it reflects is.
-            mirrored(self.wo, h) * Vec3::new(1.0, 1.0, -1.0)
+            (mirrored(self.wo, h) * Vec3::new(1.0, 1.0, -1.0), 1.0)
         } else {
             let behind = fresnel::transmitted_cosine(cosine, self.eta)?;
-            h * (cosine / self.eta - behind) - self.wo / self.eta
+            (h * (cosine / self.eta - behind) - self.wo / self.eta, self.eta)
         };
         let visible = self.facets.map_or(1.0, |ggx| ggx.visible(wi));
         let weight = self.transmitted(material, cosine) * (visible / self.choice[2]);
@@ -229,6 +244,7 @@ impl Lobes {
             weight,
             pdf: None,
             is_transmitted: true,
+            eta,
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Shader;
 use crate::{
+    camera::CameraPaths,
     interaction::SurfaceInteraction,
     sampling::cosine_hemisphere,
     wave::{Path, ShadeOutput},
@@ -14,18 +15,23 @@ const PAIR_DIRECTION: u32 = 1;
 
 /// White surfaces under a white sky that ends at a distance: one shadow ray a sample, opacity ignored.
 pub(crate) struct AmbientOcclusion {
+    camera: CameraPaths,
     /// Nothing farther away occludes.
     radius: f32,
 }
 
 impl AmbientOcclusion {
     /// Occlusion within a quarter of the diagonal of the scene.
-    pub fn new(bounds: &Aabb) -> AmbientOcclusion {
-        AmbientOcclusion { radius: 0.25 * bounds.diagonal() }
+    pub fn new(camera: CameraPaths, bounds: &Aabb) -> AmbientOcclusion {
+        AmbientOcclusion { camera, radius: 0.25 * bounds.diagonal() }
     }
 }
 
 impl Shader for AmbientOcclusion {
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        self.camera.begin(at, sample_index, pixel)
+    }
+
     fn shade(
         &self,
         path: &mut Path,

@@ -8,7 +8,7 @@ pub(crate) use ao::AmbientOcclusion;
 pub(crate) use normal::Normals;
 #[cfg(test)]
 pub(crate) use path::LightWeight;
-pub(crate) use path::PathTracer;
+pub(crate) use path::{MAX_PASSED, PathTracer};
 
 use crate::{
     interaction::SurfaceInteraction,
@@ -16,8 +16,11 @@ use crate::{
 };
 use raystrips_geom::Ray;
 
-/// The shading step of a wave.
+/// How paths begin and go on.
 pub(crate) trait Shader: Sync {
+    /// The beginning of the path of a sample of the pixel at (x, y), which is counted to number `pixel` of a film.
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path);
+
     /// Shades what `ray` of a path found (`None`: nothing): adds light to the film, asks for shadow rays, and
     /// returns the ray with which the path goes on.
     fn shade(

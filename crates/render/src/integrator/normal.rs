@@ -2,15 +2,22 @@
 
 use super::Shader;
 use crate::{
+    camera::CameraPaths,
     interaction::SurfaceInteraction,
     wave::{Path, ShadeOutput},
 };
 use raystrips_geom::Ray;
 
 /// (n + 1) / 2 of the geometric normal on the side of the viewer; black where nothing is.
-pub(crate) struct Normals;
+pub(crate) struct Normals {
+    pub camera: CameraPaths,
+}
 
 impl Shader for Normals {
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        self.camera.begin(at, sample_index, pixel)
+    }
+
     fn shade(
         &self,
         path: &mut Path,

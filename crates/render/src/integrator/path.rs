@@ -13,6 +13,7 @@
 use super::Shader;
 use crate::{
     bsdf::Bsdf,
+    camera::CameraPaths,
     interaction::SurfaceInteraction,
     lights::{AreaLights, PunctualLights},
     sampling::power_heuristic,
@@ -26,7 +27,7 @@ use raystrips_geom::{Ray, scene::Sky};
 const ROULETTE_START: u32 = 3;
 
 /// Partly opaque surfaces that a path may pass, so that every path ends.
-const MAX_PASSED: u32 = 256;
+pub(crate) const MAX_PASSED: u32 = 256;
 
 /// Weight of a point found by light sampling, of its density and that of sampling by direction. Points found by
 /// direction get the rest to 1.
@@ -34,6 +35,7 @@ pub(crate) type LightWeight = fn(f32, f32) -> f32;
 
 /// Light by path tracing.
 pub(crate) struct PathTracer<'a> {
+    pub camera: CameraPaths,
     pub area_lights: AreaLights<'a>,
     pub punctual_lights: PunctualLights<'a>,
     pub sky: Sky,
@@ -62,12 +64,13 @@ impl Pair {
 
 impl<'a> PathTracer<'a> {
     pub fn new(
+        camera: CameraPaths,
         area_lights: AreaLights<'a>,
         punctual_lights: PunctualLights<'a>,
         sky: Sky,
         max_bounces: u32,
     ) -> PathTracer<'a> {
-        PathTracer { area_lights, punctual_lights, sky, max_bounces, light_weight: power_heuristic }
+        PathTracer { camera, area_lights, punctual_lights, sky, max_bounces, light_weight: power_heuristic }
     }
 
     /// An opaque surface: what it emits, what it reflects of lamps, and the ray that finds the rest.
@@ -151,19 +154,22 @@ impl<'a> PathTracer<'a> {
             path.throughput /= survival;
         }
         path.scatter_pdf = scattered.pdf;
-        let side = if scattered.is_transmitted { -hit.n } else { hit.n };
-        Some(hit.point.spawn(side, scattered.wi))
+        Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }
 
     /// The same ray behind the surface.
     fn pass(&self, path: &mut Path, ray: &Ray, hit: &SurfaceInteraction) -> Option<Ray> {
         path.scatter_pdf = None;
         path.passed += 1;
-        (path.passed <= MAX_PASSED).then(|| hit.point.spawn(-hit.n, ray.dir))
+        (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
     }
 }
 
 impl Shader for PathTracer<'_> {
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        self.camera.begin(at, sample_index, pixel)
+    }
+
     fn shade(
         &self,
         path: &mut Path,
@@ -175,9 +181,7 @@ impl Shader for PathTracer<'_> {
             out.add(path, path.throughput * sky::radiance(&self.sky, ray.dir));
             return None;
         };
-        if !hit.front && hit.material.is_solid() {
-            path.throughput *= hit.material.transmittance(hit.distance);
-        }
+        path.throughput *= hit.transmittance();
         let passes = hit.material.alpha < 1.0 && Pair::Survival.of(path)[0] >= hit.material.alpha;
         let next = if passes { self.pass(path, ray, hit) } else { self.reflect(path, ray, hit, out) };
         path.segment += 1;

@@ -7,11 +7,12 @@ use crate::{
     color::luminance,
     material::{Materials, ShadingMaterial},
     offset::{SurfacePoint, shadow_ray},
-    sampling::uniform_triangle,
+    sampling::{cosine_hemisphere, uniform_triangle},
     world::Emitter,
 };
 use glam::Vec3;
 use raystrips_geom::Ray;
+use std::f32::consts::PI;
 
 /// Every emissive triangle.
 pub(crate) struct AreaLights<'a> {
@@ -51,7 +52,8 @@ impl<'a> AreaLights<'a> {
         self.emitters.is_empty()
     }
 
-    fn total_power(&self) -> f64 {
+    /// Power of all emitters over π, in luminance.
+    pub fn total_power(&self) -> f64 {
         self.cumulative_power.last().copied().unwrap_or(0.0)
     }
 
@@ -88,6 +90,20 @@ impl<'a> AreaLights<'a> {
             radiance,
             pdf,
         })
+    }
+
+    /// A ray that leaves an even point of a light in a direction by its cosine, and the power of all lights if they were as
+    /// this one.
+    pub fn emit(&self, place: [f32; 2], side: f32, direction: [f32; 2]) -> Option<(Ray, Vec3)> {
+        let (emitter, u0) = self.pick(place[0])?;
+        let material = self.materials.of(emitter.geometry);
+        let [b1, b2] = uniform_triangle([u0, place[1]]);
+        let light = SurfacePoint::on_triangle(&emitter.corners, b1, b2)?;
+        let n = if material.double_sided && side >= 0.5 { -light.ng } else { light.ng };
+        let (dir, cosine) = cosine_hemisphere(n, direction);
+        let power =
+            material.emission * ((f64::from(PI) * self.total_power()) as f32 / luminance(material.emission));
+        (cosine > 0.0 && power.is_finite()).then(|| (light.spawn(n, dir), power))
     }
 
     /// Density over solid angle with which [`AreaLights::sample`] finds a point of a light with this material

@@ -4,4 +4,4 @@ mod area;
 mod punctual;
 
 pub(crate) use area::AreaLights;
-pub(crate) use punctual::PunctualLights;
+pub(crate) use punctual::{PunctualLights, spot_falloff};

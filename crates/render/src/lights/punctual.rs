@@ -83,7 +83,7 @@ fn point_geometry(position: [f64; 3], p: Vec3, n: Vec3) -> (f32, Vec3) {
 }
 
 /// Share of the full intensity at the angle of the given cosine from the axis: the falloff that glTF recommends.
-fn spot_falloff(cosine: f32, inner_angle: f32, outer_angle: f32) -> f32 {
+pub(crate) fn spot_falloff(cosine: f32, inner_angle: f32, outer_angle: f32) -> f32 {
     let (inner, outer) = (libm::cosf(inner_angle), libm::cosf(outer_angle));
     let linear = ((cosine - outer) / (inner - outer).max(1e-3)).clamp(0.0, 1.0);
     linear * linear

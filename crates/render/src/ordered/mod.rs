@@ -5,12 +5,11 @@
 mod worker;
 
 use crate::{
-    camera::CameraRays,
     hit_points::HitPoints,
     integrator::Shader,
     material::Materials,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, Watch, camera_rays, take_number, with_shader},
+    render::{Part, RenderOutput, Watch, take_number, with_shader},
     starts::Starts,
     unfinished::Unfinished,
     waiting_path::WaitingPath,
@@ -52,7 +51,8 @@ pub fn render_ordered(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    with_shader(world, params, |shader, materials| {
+    with_shader(world, params, begin, watch, &|part| {
+        let Part { params, shader, materials, begin, watch } = part;
         let temporary = std::env::temp_dir();
         let folder = order.scratch.unwrap_or(&temporary);
         let next = RayStore::new(folder, order.buffer_bytes as usize / STORES);
@@ -61,7 +61,6 @@ pub fn render_ordered(
             params,
             shader,
             materials,
-            camera: camera_rays(params, world.description(), &world.bounds())?,
             starts: Starts::new(params),
             keys: Keys::new(order.ordering, order.curve, &world.bounds()),
             hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
@@ -106,7 +105,6 @@ struct Job<'a> {
     params: &'a RenderParams,
     shader: &'a dyn Shader,
     materials: &'a Materials,
-    camera: CameraRays,
     starts: Starts,
     keys: Keys,
     hit_points: Option<&'a HitPoints>,

@@ -8,7 +8,7 @@ use crate::{
     render::{RenderProgress, RenderStats},
     starts::CameraPacket,
     waiting_path::WaitingPath,
-    wave::{PendingLight, ShadeOutput, camera_path},
+    wave::{PendingLight, ShadeOutput},
     world::Surface,
 };
 use bytemuck::Zeroable;
@@ -84,11 +84,11 @@ impl<'a> Worker<'a> {
     }
 
     fn generate(&mut self, packet: CameraPacket) {
-        let Job { params, camera, starts, .. } = self.job;
+        let Job { params, shader, starts, .. } = self.job;
         for ([x, y], sample) in starts.of_packet(packet) {
             let pixel = y * params.width + x;
             self.deposits.begin_sample(pixel);
-            let (ray, path) = camera_path(params, camera, [x, y], sample, pixel);
+            let (ray, path) = shader.begin([x, y], sample, pixel);
             self.rays.push(ray);
             self.paths.push(WaitingPath::new(&path));
         }

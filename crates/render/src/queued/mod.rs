@@ -8,15 +8,13 @@ mod waiting;
 mod worker;
 
 use crate::{
-    camera::CameraRays,
     integrator::Shader,
     material::Materials,
     paged::PagedWorld,
     params::{RenderError, RenderParams},
-    render::{RenderOutput, Watch, camera_rays, with_shader},
+    render::{Part, RenderOutput, Watch, with_shader},
     starts::Starts,
     unfinished::Unfinished,
-    world::World,
 };
 use ray_memory::RayMemory;
 use raystrips_extmem::BlockBuffer;
@@ -82,7 +80,8 @@ pub fn render_queued(
     begin: Unfinished,
     watch: &Watch,
 ) -> Result<Unfinished, RenderError> {
-    with_shader(world, params, |shader, materials| {
+    with_shader(world, params, begin, watch, &|part| {
+        let Part { params, shader, materials, begin, watch } = part;
         let frame_bytes = PagePool::frame_bytes(world.pool().pack());
         let pages_a_read = (paging.read_bytes / frame_bytes).max(1);
         let limits = Limits {
@@ -98,7 +97,6 @@ pub fn render_queued(
             params,
             shader,
             materials,
-            camera: camera_rays(params, world.description(), &world.bounds())?,
             queues: PageQueues::new(runs.len(), begin.next.min(starts.count())..starts.count(), limits),
             runs,
             ray_memory: RayMemory::new(paging.process_bytes),
@@ -131,7 +129,6 @@ struct Job<'a> {
     params: &'a RenderParams,
     shader: &'a dyn Shader,
     materials: &'a Materials,
-    camera: CameraRays,
     queues: PageQueues<Waiting>,
     runs: Runs,
     ray_memory: RayMemory,

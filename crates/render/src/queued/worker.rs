@@ -11,7 +11,7 @@ use crate::{
     starts::CameraPacket,
     traced::surface_of,
     waiting_path::WaitingPath,
-    wave::{PendingLight, ShadeOutput, camera_path},
+    wave::{PendingLight, ShadeOutput},
 };
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{Amount, Work};
@@ -175,12 +175,12 @@ impl<'a> Worker<'a> {
     /// Traces some packets of camera rays, about `most` rays. Those that do not keep together, or that met absent pages
     /// too often, go on as single rays.
     fn trace_packets(&mut self, tracer: &mut VisitTracer, most: usize) {
-        let Job { params, camera, starts, .. } = self.job;
+        let Job { params, shader, starts, .. } = self.job;
         for _ in 0..most.div_ceil(PACKET) {
             let Some(mut packet) = self.packets.pop() else { return };
             let begin = Instant::now();
             let paths = starts.of_packet(packet).map(|([x, y], sample)| {
-                let (ray, path) = camera_path(params, camera, [x, y], sample, y * params.width + x);
+                let (ray, path) = shader.begin([x, y], sample, y * params.width + x);
                 (ray, WaitingPath::new(&path))
             });
             self.rays.clear();

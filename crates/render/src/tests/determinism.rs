@@ -2,6 +2,7 @@
 
 use crate::{
     RenderOutput, RenderProgress, RenderStats,
+    camera::CameraPaths,
     integrator::PathTracer,
     lights::{AreaLights, PunctualLights},
     material::Materials,
@@ -44,6 +45,7 @@ fn order_of_tiles_changes_nothing() {
     let (world, params) = (cornell_box(), params(1));
     let materials = Materials::new(&world.description);
     let shader = PathTracer::new(
+        CameraPaths::new(&params, &world).unwrap(),
         AreaLights::new(world.emitters(), &materials),
         PunctualLights::new(&[]),
         Sky::Constant([0.0; 3]),

@@ -1,6 +1,7 @@
 //! Light against closed forms: furnaces, polygon lights, point lights, and one sampling strategy against another.
 
 use crate::{
+    camera::CameraPaths,
     integrator::{LightWeight, PathTracer},
     lights::{AreaLights, PunctualLights},
     material::Materials,
@@ -132,7 +133,13 @@ fn strategies_agree() {
         let area = AreaLights::new(crate::World::emitters(&world), &materials);
         let shader = PathTracer {
             light_weight,
-            ..PathTracer::new(area, PunctualLights::new(&[]), Sky::Constant([0.0; 3]), params.max_bounces)
+            ..PathTracer::new(
+                CameraPaths::new(&params, &world).unwrap(),
+                area,
+                PunctualLights::new(&[]),
+                Sky::Constant([0.0; 3]),
+                params.max_bounces,
+            )
         };
         let tiles = Tile::cover(params.width, params.height);
         mean(&render_tiles_with(&world, &params, (&materials, &shader), &tiles))

@@ -4,3 +4,4 @@ mod determinism;
 mod files;
 mod integrators;
 mod light;
+mod photons;

@@ -1,0 +1,166 @@
+//! Paths from the camera, which end at photons.
+
+use super::map::Query;
+use super::tracer::PhotonMaps;
+use crate::{
+    bsdf::Bsdf,
+    camera::CameraPaths,
+    integrator::{MAX_PASSED, Shader},
+    interaction::SurfaceInteraction,
+    lights::{AreaLights, PunctualLights},
+    sky,
+    wave::{Path, ShadeOutput},
+};
+use glam::Vec3;
+use raystrips_geom::{
+    Ray,
+    scene::{Light, Sky},
+};
+
+/// What photons are gathered from.
+pub(super) struct Gather<'a> {
+    maps: PhotonMaps,
+    nearest: u32,
+    most_radius: f32,
+    area_lights: AreaLights<'a>,
+    punctual_lights: PunctualLights<'a>,
+    sky: Sky,
+    max_bounces: u32,
+}
+
+/// The same for the paths of a camera. A path is in one of three states, which its density tells: without one it comes from
+/// the camera by mirrors and through glass alone; with one greater than 0 it left a surface to gather light there; with 0 it
+/// has met mirrors or glass on that way.
+pub(super) struct CameraGather<'a> {
+    gather: Gather<'a>,
+    camera: CameraPaths,
+}
+
+/// Pairs of random numbers of a segment.
+#[derive(Clone, Copy)]
+enum Pair {
+    Direction,
+    AreaLight,
+    /// Of punctual lights, then of lobes.
+    Choice,
+    Passing,
+}
+
+impl Pair {
+    const COUNT: u32 = 4;
+
+    fn of(self, path: &Path) -> [f32; 2] {
+        // Pair 0 of the path is the place in the pixel.
+        path.sampler.get_2d(1 + path.segment * Pair::COUNT + self as u32)
+    }
+}
+
+impl<'a> Gather<'a> {
+    pub fn new(
+        maps: PhotonMaps,
+        (nearest, most_radius): (u32, f32),
+        area_lights: AreaLights<'a>,
+        lights: &'a [Light],
+        sky: Sky,
+        max_bounces: u32,
+    ) -> Gather<'a> {
+        let punctual_lights = PunctualLights::new(lights);
+        Gather { maps, nearest, most_radius, area_lights, punctual_lights, sky, max_bounces }
+    }
+
+    pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
+        CameraGather { gather: self, camera }
+    }
+
+    fn query(&self, hit: &SurfaceInteraction) -> Query {
+        Query { p: hit.point.p, n: hit.n, nearest: self.nearest, most_radius: self.most_radius }
+    }
+
+    /// Light that comes straight from lamps and is reflected here.
+    fn add_direct(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
+        if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
+            let reflected = bsdf.evaluate(light.wi).0 * (hit.n.dot(light.wi) / light.pdf);
+            out.add_unless_occluded(path, light.shadow_ray, path.throughput * reflected * light.radiance);
+        }
+        if let Some((ray, irradiance)) =
+            self.punctual_lights.sample(&hit.point, hit.n, Pair::Choice.of(path)[0])
+        {
+            let reflected = bsdf.evaluate(ray.dir.normalize()).0;
+            out.add_unless_occluded(path, ray, path.throughput * reflected * irradiance);
+        }
+    }
+
+    /// Light of a surface: what is found here, and the ray that finds the rest.
+    fn gather(
+        &self,
+        path: &mut Path,
+        ray: &Ray,
+        hit: &SurfaceInteraction,
+        out: &mut ShadeOutput,
+    ) -> Option<Ray> {
+        let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+        let is_seen = path.scatter_pdf.is_none();
+        if is_seen {
+            if path.bounces == 0 {
+                out.add_first_hit(path, hit);
+            }
+            out.add(path, path.throughput * hit.material.emitted(hit.front));
+        }
+        if bsdf.is_diffuse() {
+            let reflected =
+                |from: Vec3| if hit.n.dot(from) > 0.0 { bsdf.evaluate(from).0 } else { Vec3::ZERO };
+            let map = if is_seen { &self.maps.caustic } else { &self.maps.global };
+            out.add(path, path.throughput * map.estimate(&self.query(hit), reflected));
+            if is_seen {
+                self.add_direct(path, hit, &bsdf, out);
+            }
+        }
+        if path.bounces >= self.max_bounces || bsdf.is_black() {
+            return None;
+        }
+        let scattered = bsdf.sample(Pair::Direction.of(path), Pair::Choice.of(path)[1])?;
+        // What photons tell of is not looked for once more.
+        if !is_seen && bsdf.is_diffuse() && scattered.pdf.is_some() {
+            return None;
+        }
+        path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
+        path.bounces += 1;
+        path.scatter_pdf = match (path.scatter_pdf, scattered.pdf) {
+            (None, Some(pdf)) if bsdf.is_diffuse() => Some(pdf.max(f32::MIN_POSITIVE)),
+            (None, _) => None,
+            (Some(_), _) => Some(0.0),
+        };
+        Some(hit.spawn(scattered.wi, scattered.is_transmitted))
+    }
+}
+
+impl Shader for CameraGather<'_> {
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        self.camera.begin(at, sample_index, pixel)
+    }
+
+    fn shade(
+        &self,
+        path: &mut Path,
+        ray: &Ray,
+        hit: Option<&SurfaceInteraction>,
+        out: &mut ShadeOutput,
+    ) -> Option<Ray> {
+        let Some(hit) = hit else {
+            // Light of the sky by mirrors or through glass is that of caustic photons.
+            if path.scatter_pdf != Some(0.0) {
+                out.add(path, path.throughput * sky::radiance(&self.gather.sky, ray.dir));
+            }
+            return None;
+        };
+        path.throughput *= hit.transmittance();
+        let next = if Pair::Passing.of(path)[0] >= hit.material.alpha {
+            path.passed += 1;
+            (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
+        } else {
+            self.gather.gather(path, ray, hit, out)
+        };
+        path.segment += 1;
+        next
+    }
+}

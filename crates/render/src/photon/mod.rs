@@ -1,0 +1,147 @@
+//! Photon mapping (Jensen 1996): photons are sent out from the lights and kept where they land; what lamps send straight to a
+//! surface is found by shadow rays, what comes to it through glass or from mirrors by the caustic photons there, and all
+//! else by final gathering: a ray to another surface, whose light is that of the photons around it.
+//!
+//! Photons are the paths of a picture of their own, so their rays go the way that all rays go: as they come, sorted, or from
+//! page to page. Passes with photons of their own share the samples of a pixel, so photons of one pass alone are in memory.
+
+mod emission;
+mod gather;
+mod map;
+mod packed;
+mod tracer;
+
+use crate::{
+    camera::CameraPaths,
+    lights::AreaLights,
+    material::Materials,
+    params::{RenderError, RenderParams},
+    render::{Part, RenderProgress, Watch},
+    unfinished::Unfinished,
+    world::World,
+};
+use emission::Emission;
+use gather::Gather;
+use raystrips_geom::scene::{Light, Sky};
+use tracer::PhotonTracer;
+
+/// How photons are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PhotonParams {
+    /// Photons sent out in a pass, rounded up to a multiple of 1024.
+    pub count: u64,
+    /// Photons of an estimate.
+    pub nearest: u32,
+    /// Passes, each with photons of its own; no more than there are samples.
+    pub passes: u32,
+}
+
+impl Default for PhotonParams {
+    fn default() -> PhotonParams {
+        PhotonParams { count: 100_000, nearest: 100, passes: 4 }
+    }
+}
+
+impl PhotonParams {
+    /// Most bytes of memory that the photons of a pass take.
+    pub fn bytes(&self, max_bounces: u32) -> u64 {
+        let (_, sent) = self.grid();
+        // Lists grow by doubling.
+        sent * u64::from(max_bounces + 1) * 2 * tracer::KEPT_BYTES
+    }
+
+    /// Samples of each pixel of the picture whose paths are photons, and photons in all.
+    fn grid(&self) -> (u32, u64) {
+        let pixels = u64::from(SIDE * SIDE);
+        let spp = self.count.div_ceil(pixels).clamp(1, u64::from(crate::MAX_SPP)) as u32;
+        (spp, u64::from(spp) * pixels)
+    }
+}
+
+/// Side of the picture whose paths are photons.
+const SIDE: u32 = 32;
+/// Work of a pass has numbers of so many bits.
+const PASS_BITS: u32 = 40;
+/// No estimate is made from photons farther than this part of the scene's diagonal.
+const MOST_RADIUS: f32 = 0.05;
+
+/// What is lit, and by what.
+pub(crate) struct Lit<'a> {
+    pub world: &'a dyn World,
+    pub materials: &'a Materials,
+    pub lights: &'a [Light],
+    pub sky: Sky,
+}
+
+/// Renders all passes, from where it was left until it is finished or `watch` wants a pause. `drive` finds the light of the
+/// paths of a shader.
+pub(crate) fn render_passes(
+    lit: &Lit,
+    params: &RenderParams,
+    begin: Unfinished,
+    watch: &Watch,
+    drive: &dyn Fn(Part) -> Result<Unfinished, RenderError>,
+) -> Result<Unfinished, RenderError> {
+    let passes = params.photons.passes.clamp(1, params.spp);
+    let (mut pass, mut next) = ((begin.next >> PASS_BITS) as u32, begin.next & ((1 << PASS_BITS) - 1));
+    let mut output = begin.output;
+    let paused = |output, pass: u32, next: u64| {
+        Ok(Unfinished { output, next: u64::from(pass) << PASS_BITS | next, is_finished: false })
+    };
+    while pass < passes {
+        let gather = send_photons(lit, params, pass, drive, &mut output.stats)?;
+        let samples =
+            [pass, pass + 1].map(|p| (u64::from(p) * u64::from(params.spp) / u64::from(passes)) as u32);
+        let camera = CameraPaths::new(params, lit.world)?.starting_at(samples[0]);
+        let of_pass = RenderParams { spp: samples[1] - samples[0], ..params.clone() };
+        let progress = |told: RenderProgress| (watch.progress)(told.of_picture(params));
+        let done = drive(Part {
+            params: &of_pass,
+            shader: &gather.with_camera(camera),
+            materials: lit.materials,
+            begin: Unfinished { output, next, is_finished: false },
+            watch: &Watch { is_due: watch.is_due, progress: &progress },
+        })?;
+        output = done.output;
+        if !done.is_finished {
+            return paused(output, pass, done.next);
+        }
+        (pass, next) = (pass + 1, 0);
+    }
+    Ok(Unfinished { output, next: u64::from(pass) << PASS_BITS, is_finished: true })
+}
+
+/// Sends out the photons of a pass. A pause has to wait for that: half of them are of no use.
+fn send_photons<'a>(
+    lit: &Lit<'a>,
+    params: &RenderParams,
+    pass: u32,
+    drive: &dyn Fn(Part) -> Result<Unfinished, RenderError>,
+    stats: &mut crate::RenderStats,
+) -> Result<Gather<'a>, RenderError> {
+    let (spp, sent) = params.photons.grid();
+    let seed = photon_seed(params.seed, pass);
+    let photon_params = RenderParams { width: SIDE, height: SIDE, spp, seed, aovs: false, ..params.clone() };
+    let area_lights = || AreaLights::new(lit.world.emitters(), lit.materials);
+    let emission = Emission::new(area_lights(), lit.lights, lit.sky, &lit.world.bounds());
+    let tracer = PhotonTracer::new(emission, seed, params.max_bounces);
+    let done = drive(Part {
+        params: &photon_params,
+        shader: &tracer,
+        materials: lit.materials,
+        begin: Unfinished::new(&photon_params),
+        watch: &Watch { is_due: &|| false, progress: &|_| () },
+    })?;
+    let mut photon_stats = done.output.stats;
+    photon_stats.secondary += std::mem::take(&mut photon_stats.primary);
+    stats.add(&photon_stats);
+    stats.seconds.total += photon_stats.seconds.total;
+    let maps = tracer.into_maps(1.0 / sent as f32);
+    let estimate = (params.photons.nearest, MOST_RADIUS * lit.world.bounds().diagonal());
+    Ok(Gather::new(maps, estimate, area_lights(), lit.lights, lit.sky, params.max_bounces))
+}
+
+/// Photons have random numbers of their own in every pass.
+fn photon_seed(seed: u64, pass: u32) -> u64 {
+    (seed ^ 0x7068_6f74_6f6e).wrapping_add(u64::from(pass) << 32)
+}

@@ -1,0 +1,135 @@
+//! Photons on their way: a path from a light that leaves a photon wherever it lands.
+
+use super::emission::{Emission, Numbers};
+use super::map::PhotonMap;
+use super::packed::Photon;
+use crate::{
+    bsdf::Bsdf,
+    integrator::{MAX_PASSED, Shader},
+    interaction::SurfaceInteraction,
+    sampler::PathSampler,
+    wave::{Path, ShadeOutput},
+};
+use glam::Vec3;
+use raystrips_geom::Ray;
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes of a photon and its number until the map is made.
+pub(super) const KEPT_BYTES: u64 = size_of::<Landed>() as u64;
+
+/// Photons are put into one of so many lists, so that threads seldom wait for each other.
+const LISTS: u32 = 64;
+
+/// Sends out photons and keeps those that land.
+pub(super) struct PhotonTracer<'a> {
+    emission: Emission<'a>,
+    seed: u64,
+    max_bounces: u32,
+    landed: Vec<Mutex<Vec<Landed>>>,
+}
+
+/// A photon where it landed.
+struct Landed {
+    /// Which photon, and the how many surface it is: by these they are sorted, so that the order in which threads work
+    /// changes nothing.
+    number: [u32; 3],
+    /// It came from a light through glass or by mirrors alone.
+    is_caustic: bool,
+    photon: Photon,
+}
+
+/// Photons by where they landed.
+pub(super) struct PhotonMaps {
+    /// All.
+    pub global: PhotonMap,
+    /// Those that came from a light through glass or by mirrors alone.
+    pub caustic: PhotonMap,
+}
+
+/// Pairs of random numbers: those of the beginning, then those of each segment.
+const CHOICE: u32 = 0;
+const PLACE: u32 = 1;
+const DIRECTION: u32 = 2;
+const SEGMENTS: u32 = 3;
+const PAIRS_A_SEGMENT: u32 = 3;
+
+impl<'a> PhotonTracer<'a> {
+    pub fn new(emission: Emission<'a>, seed: u64, max_bounces: u32) -> PhotonTracer<'a> {
+        PhotonTracer { emission, seed, max_bounces, landed: (0..LISTS).map(|_| Mutex::default()).collect() }
+    }
+
+    /// Maps of what landed. Each photon has `scale` of its power.
+    pub fn into_maps(self, scale: f32) -> PhotonMaps {
+        let lists =
+            self.landed.into_iter().map(|list| list.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let mut landed: Vec<Landed> = lists.flatten().collect();
+        landed.sort_unstable_by_key(|landed| landed.number);
+        let caustic = landed.iter().filter(|landed| landed.is_caustic).map(|landed| landed.photon).collect();
+        let global = landed.iter().map(|landed| landed.photon).collect();
+        drop(landed);
+        PhotonMaps { global: PhotonMap::new(global, scale), caustic: PhotonMap::new(caustic, scale) }
+    }
+
+    fn keep(&self, path: &Path, ray: &Ray, hit: &SurfaceInteraction) {
+        let from = -ray.dir.normalize();
+        let landed = Landed {
+            number: [path.pixel, path.sampler.sample_index(), path.segment],
+            is_caustic: path.bounces > 0 && path.scatter_pdf.is_none(),
+            photon: Photon::new(hit.point.p, hit.n, from, path.throughput),
+        };
+        let list = &self.landed[(path.sampler.sample_index() % LISTS) as usize];
+        list.lock().unwrap_or_else(PoisonError::into_inner).push(landed);
+    }
+
+    /// The ray with which a photon goes on, unless it ends here: by chance, so that those that go on have about the same
+    /// power.
+    fn scatter(&self, path: &mut Path, hit: &SurfaceInteraction, bsdf: &Bsdf) -> Option<Ray> {
+        let numbers = |i: u32| path.sampler.get_2d(SEGMENTS + path.segment * PAIRS_A_SEGMENT + i);
+        let [choice, survival] = numbers(1);
+        let scattered = bsdf.sample(numbers(0), choice)?;
+        let kept = scattered.weight.max_element().min(1.0);
+        if survival >= kept {
+            return None;
+        }
+        path.throughput *= scattered.weight / kept;
+        path.bounces += 1;
+        // What was reflected diffusely once is no caustic photon any more.
+        path.scatter_pdf = path.scatter_pdf.or(scattered.pdf);
+        Some(hit.spawn(scattered.wi, scattered.is_transmitted))
+    }
+}
+
+impl Shader for PhotonTracer<'_> {
+    fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path) {
+        let sampler = PathSampler::new(at, sample_index, self.seed);
+        let [choice, place, direction] = [CHOICE, PLACE, DIRECTION].map(|pair| sampler.get_2d(pair));
+        let photon = self.emission.photon(&Numbers { choice, place, direction });
+        // One that goes nowhere is traced and ends at once.
+        let (ray, power) = photon.unwrap_or((Ray::new(Vec3::ZERO, Vec3::Y), Vec3::ZERO));
+        (ray, Path::new(pixel, sampler, power))
+    }
+
+    fn shade(
+        &self,
+        path: &mut Path,
+        ray: &Ray,
+        hit: Option<&SurfaceInteraction>,
+        _out: &mut ShadeOutput,
+    ) -> Option<Ray> {
+        let hit = hit.filter(|_| path.throughput != Vec3::ZERO)?;
+        path.throughput *= hit.transmittance();
+        let numbers = path.sampler.get_2d(SEGMENTS + path.segment * PAIRS_A_SEGMENT + 2);
+        let next = if numbers[0] >= hit.material.alpha {
+            path.passed += 1;
+            (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
+        } else {
+            let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+            if bsdf.is_diffuse() {
+                self.keep(path, ray, hit);
+            }
+            if path.bounces < self.max_bounces { self.scatter(path, hit, &bsdf) } else { None }
+        };
+        path.segment += 1;
+        next
+    }
+}
