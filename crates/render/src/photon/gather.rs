@@ -65,6 +65,8 @@ impl<'a> Gather<'a> {
         max_bounces: u32,
     ) -> Gather<'a> {
         let punctual_lights = PunctualLights::new(lights);
+        let global = maps.global.with_irradiance(nearest, most_radius);
+        let maps = PhotonMaps { global, ..maps };
         Gather { maps, nearest, most_radius, area_lights, punctual_lights, sky, max_bounces }
     }
 
@@ -90,6 +92,18 @@ impl<'a> Gather<'a> {
         }
     }
 
+    /// Light that leaves towards a viewer of the photons here: of caustics alone where lamps and other surfaces are looked for
+    /// by rays.
+    fn photon_light(&self, hit: &SurfaceInteraction, bsdf: &Bsdf, is_seen: bool) -> Vec3 {
+        let query = self.query(hit);
+        if !is_seen && hit.material.is_matte {
+            return bsdf.evaluate(hit.n).0 * self.maps.global.irradiance(&query);
+        }
+        let reflected = |from: Vec3| if hit.n.dot(from) > 0.0 { bsdf.evaluate(from).0 } else { Vec3::ZERO };
+        let map = if is_seen { &self.maps.caustic } else { &self.maps.global };
+        map.estimate(&query, reflected)
+    }
+
     /// Light of a surface: what is found here, and the ray that finds the rest.
     fn gather(
         &self,
@@ -107,10 +121,7 @@ impl<'a> Gather<'a> {
             out.add(path, path.throughput * hit.material.emitted(hit.front));
         }
         if bsdf.is_diffuse() {
-            let reflected =
-                |from: Vec3| if hit.n.dot(from) > 0.0 { bsdf.evaluate(from).0 } else { Vec3::ZERO };
-            let map = if is_seen { &self.maps.caustic } else { &self.maps.global };
-            out.add(path, path.throughput * map.estimate(&self.query(hit), reflected));
+            out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
             if is_seen {
                 self.add_direct(path, hit, &bsdf, out);
             }

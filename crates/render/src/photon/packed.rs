@@ -37,12 +37,12 @@ impl Photon {
 
 /// Three numbers, at least 0, of eight bits with one exponent (Ward 1991), rounded.
 #[derive(Clone, Copy, Debug)]
-struct SharedExponent([u8; 4]);
+pub(super) struct SharedExponent([u8; 4]);
 
 impl SharedExponent {
     const BIAS: i32 = 128;
 
-    fn new(v: Vec3) -> SharedExponent {
+    pub fn new(v: Vec3) -> SharedExponent {
         let most = v.max_element();
         if !(most > 0.0 && most.is_finite()) {
             return SharedExponent([0; 4]);
@@ -57,7 +57,7 @@ impl SharedExponent {
         SharedExponent([r, g, b, (exponent + Self::BIAS) as u8])
     }
 
-    fn get(self) -> Vec3 {
+    pub fn get(self) -> Vec3 {
         let [r, g, b, exponent] = self.0;
         Vec3::new(r.into(), g.into(), b.into()) * libm::ldexpf(1.0, i32::from(exponent) - Self::BIAS)
     }
