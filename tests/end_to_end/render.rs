@@ -172,3 +172,21 @@ fn cameras_by_name_number_and_numbers() {
     refused("1,2,3,1,2,3", &["same"]);
     assert!(!folder.path("b.png").exists());
 }
+
+#[test]
+fn photons_find_the_light_that_paths_find() {
+    let folder = Folder::new();
+    let mean = |options: &str| {
+        render(&folder, &cornell(), &format!("-o a.exr --size 24x16 --spp 64 --cache cache {options}"));
+        let exr = Exr::read(&folder.path("a.exr"));
+        exr.channels["G"].iter().map(|&g| f64::from(g)).sum::<f64>() / (24.0 * 16.0)
+    };
+    let (path, photon) = (mean(""), mean("--integrator photon --photons 50000 --photon-passes 2"));
+    assert!((photon / path - 1.0).abs() < 0.02, "path {path}, photon {photon}");
+    // What photons need is taken from the memory that is given.
+    let options = "--integrator photon --photons 10000000 --memory 500M";
+    let scene = cornell();
+    let mut all = vec!["render", scene.as_str(), "-o", "b.exr", "--cache", "cache"];
+    all.extend(options.split(' '));
+    folder.run_args(&all).failed(&["too little", "--memory"]);
+}

@@ -65,8 +65,6 @@ impl<'a> Gather<'a> {
         max_bounces: u32,
     ) -> Gather<'a> {
         let punctual_lights = PunctualLights::new(lights);
-        let global = maps.global.with_irradiance(nearest, most_radius);
-        let maps = PhotonMaps { global, ..maps };
         Gather { maps, nearest, most_radius, area_lights, punctual_lights, sky, max_bounces }
     }
 

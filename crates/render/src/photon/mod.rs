@@ -136,8 +136,9 @@ fn send_photons<'a>(
     photon_stats.secondary += std::mem::take(&mut photon_stats.primary);
     stats.add(&photon_stats);
     stats.seconds.total += photon_stats.seconds.total;
-    let maps = tracer.into_maps(1.0 / sent as f32);
     let estimate = (params.photons.nearest, MOST_RADIUS * lit.world.bounds().diagonal());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
+    let maps = pool.install(|| tracer.into_maps(1.0 / sent as f32, estimate));
     Ok(Gather::new(maps, estimate, area_lights(), lit.lights, lit.sky, params.max_bounces))
 }
 

@@ -58,8 +58,8 @@ impl<'a> PhotonTracer<'a> {
         PhotonTracer { emission, seed, max_bounces, landed: (0..LISTS).map(|_| Mutex::default()).collect() }
     }
 
-    /// Maps of what landed. Each photon has `scale` of its power.
-    pub fn into_maps(self, scale: f32) -> PhotonMaps {
+    /// Maps of what landed. Each photon has `scale` of its power. Estimates are made from so many photons within a radius.
+    pub fn into_maps(self, scale: f32, (nearest, most_radius): (u32, f32)) -> PhotonMaps {
         let lists =
             self.landed.into_iter().map(|list| list.into_inner().unwrap_or_else(PoisonError::into_inner));
         let mut landed: Vec<Landed> = lists.flatten().collect();
@@ -67,7 +67,10 @@ impl<'a> PhotonTracer<'a> {
         let caustic = landed.iter().filter(|landed| landed.is_caustic).map(|landed| landed.photon).collect();
         let global = landed.iter().map(|landed| landed.photon).collect();
         drop(landed);
-        PhotonMaps { global: PhotonMap::new(global, scale), caustic: PhotonMap::new(caustic, scale) }
+        PhotonMaps {
+            global: PhotonMap::new(global, scale).with_irradiance(nearest, most_radius),
+            caustic: PhotonMap::new(caustic, scale),
+        }
     }
 
     fn keep(&self, path: &Path, ray: &Ray, hit: &SurfaceInteraction) {
