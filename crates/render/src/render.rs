@@ -3,11 +3,12 @@
 use crate::{
     camera::CameraPaths,
     film::Film,
-    integrator::{AmbientOcclusion, Normals, PathTracer, Shader},
+    integrator::{AmbientOcclusion, DirectLight, Normals, PathTracer, Shader},
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{Integrator, RenderError, RenderParams},
     photon::{Lit, render_passes},
+    sampling::power_heuristic,
     sky::lighting,
     unfinished::Unfinished,
     wave::{Tile, Wave, WaveContext},
@@ -167,9 +168,12 @@ pub(crate) fn with_shader(
     let camera = CameraPaths::new(params, world)?;
     let shader: Box<dyn Shader> = match params.integrator {
         Integrator::Path => {
-            let area_lights = AreaLights::new(world.emitters(), &materials);
-            let lights = PunctualLights::new(&lights);
-            Box::new(PathTracer::new(camera, area_lights, lights, sky, params.max_bounces))
+            let direct = DirectLight {
+                area_lights: AreaLights::new(world.emitters(), &materials),
+                punctual_lights: PunctualLights::new(&lights),
+                weight: power_heuristic,
+            };
+            Box::new(PathTracer::new(camera, direct, sky, params.max_bounces))
         }
         Integrator::Photon => {
             let lit = Lit { world, materials: &materials, lights: &lights, sky };

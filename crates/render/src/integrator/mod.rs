@@ -1,13 +1,17 @@
 //! Integrators: what a ray contributes once its nearest hit is known.
 
 mod ao;
+mod direct;
 mod normal;
+mod numbers;
 mod path;
 
 pub(crate) use ao::AmbientOcclusion;
-pub(crate) use normal::Normals;
+pub(crate) use direct::DirectLight;
 #[cfg(test)]
-pub(crate) use path::LightWeight;
+pub(crate) use direct::LightWeight;
+pub(crate) use normal::Normals;
+pub(crate) use numbers::Pair;
 pub(crate) use path::{MAX_PASSED, PathTracer};
 
 use crate::{

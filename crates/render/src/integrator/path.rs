@@ -10,13 +10,11 @@
 //! found by chance too: after passing, a path counts what it meets in full. Punctual lights do not shine
 //! through.
 
-use super::Shader;
+use super::{DirectLight, Pair, Shader};
 use crate::{
     bsdf::Bsdf,
     camera::CameraPaths,
     interaction::SurfaceInteraction,
-    lights::{AreaLights, PunctualLights},
-    sampling::power_heuristic,
     sky,
     wave::{Path, ShadeOutput},
 };
@@ -29,48 +27,17 @@ const ROULETTE_START: u32 = 3;
 /// Partly opaque surfaces that a path may pass, so that every path ends.
 pub(crate) const MAX_PASSED: u32 = 256;
 
-/// Weight of a point found by light sampling, of its density and that of sampling by direction. Points found by
-/// direction get the rest to 1.
-pub(crate) type LightWeight = fn(f32, f32) -> f32;
-
 /// Light by path tracing.
 pub(crate) struct PathTracer<'a> {
     pub camera: CameraPaths,
-    pub area_lights: AreaLights<'a>,
-    pub punctual_lights: PunctualLights<'a>,
+    pub direct: DirectLight<'a>,
     pub sky: Sky,
     pub max_bounces: u32,
-    pub light_weight: LightWeight,
-}
-
-/// Pairs of random numbers of a segment of a path.
-#[derive(Clone, Copy)]
-enum Pair {
-    Direction,
-    AreaLight,
-    PunctualLight,
-    Survival,
-}
-
-impl Pair {
-    /// Pairs of a segment.
-    const COUNT: u32 = 4;
-
-    fn of(self, path: &Path) -> [f32; 2] {
-        // Pair 0 of the path is the place in the pixel.
-        path.sampler.get_2d(1 + path.segment * Pair::COUNT + self as u32)
-    }
 }
 
 impl<'a> PathTracer<'a> {
-    pub fn new(
-        camera: CameraPaths,
-        area_lights: AreaLights<'a>,
-        punctual_lights: PunctualLights<'a>,
-        sky: Sky,
-        max_bounces: u32,
-    ) -> PathTracer<'a> {
-        PathTracer { camera, area_lights, punctual_lights, sky, max_bounces, light_weight: power_heuristic }
+    pub fn new(camera: CameraPaths, direct: DirectLight<'a>, sky: Sky, max_bounces: u32) -> PathTracer<'a> {
+        PathTracer { camera, direct, sky, max_bounces }
     }
 
     /// An opaque surface: what it emits, what it reflects of lamps, and the ray that finds the rest.
@@ -89,8 +56,7 @@ impl<'a> PathTracer<'a> {
         if bsdf.is_black() || path.bounces >= self.max_bounces {
             return None;
         }
-        self.add_area_light(path, hit, &bsdf, out);
-        self.add_punctual_light(path, hit, &bsdf, out);
+        self.direct.add(path, hit, &bsdf, out);
         self.scatter(path, hit, &bsdf)
     }
 
@@ -101,42 +67,10 @@ impl<'a> PathTracer<'a> {
             return;
         }
         let weight = path.scatter_pdf.map_or(1.0, |scatter_pdf| {
-            let light_pdf = self.area_lights.pdf(hit.material, hit.distance, hit.n.dot(ray.dir));
-            1.0 - (self.light_weight)(light_pdf, scatter_pdf)
+            let light_pdf = self.direct.area_lights.pdf(hit.material, hit.distance, hit.n.dot(ray.dir));
+            1.0 - (self.direct.weight)(light_pdf, scatter_pdf)
         });
         out.add(path, path.throughput * emitted * weight);
-    }
-
-    /// Light that comes straight from area lights and is reflected here.
-    fn add_area_light(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
-        if self.area_lights.is_empty() {
-            return;
-        }
-        if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
-            let (reflected, pdf) = bsdf.evaluate(light.wi);
-            if reflected != Vec3::ZERO {
-                let scale = hit.n.dot(light.wi) * (self.light_weight)(light.pdf, pdf) / light.pdf;
-                out.add_unless_occluded(
-                    path,
-                    light.shadow_ray,
-                    path.throughput * reflected * light.radiance * scale,
-                );
-            }
-        }
-    }
-
-    /// Light that comes straight from punctual lights and is reflected here.
-    fn add_punctual_light(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
-        if self.punctual_lights.is_empty() {
-            return;
-        }
-        let [u, _] = Pair::PunctualLight.of(path);
-        if let Some((ray, irradiance)) = self.punctual_lights.sample(&hit.point, hit.n, u) {
-            let (reflected, _) = bsdf.evaluate(ray.dir.normalize());
-            if reflected != Vec3::ZERO {
-                out.add_unless_occluded(path, ray, path.throughput * reflected * irradiance);
-            }
-        }
     }
 
     /// The ray with which the path goes on, unless it ends here.

@@ -5,25 +5,20 @@ use super::tracer::PhotonMaps;
 use crate::{
     bsdf::Bsdf,
     camera::CameraPaths,
-    integrator::{MAX_PASSED, Shader},
+    integrator::{DirectLight, MAX_PASSED, Pair, Shader},
     interaction::SurfaceInteraction,
-    lights::{AreaLights, PunctualLights},
     sky,
     wave::{Path, ShadeOutput},
 };
 use glam::Vec3;
-use raystrips_geom::{
-    Ray,
-    scene::{Light, Sky},
-};
+use raystrips_geom::{Ray, scene::Sky};
 
 /// What photons are gathered from.
 pub(super) struct Gather<'a> {
     maps: PhotonMaps,
     nearest: u32,
     most_radius: f32,
-    area_lights: AreaLights<'a>,
-    punctual_lights: PunctualLights<'a>,
+    direct: DirectLight<'a>,
     sky: Sky,
     max_bounces: u32,
 }
@@ -36,36 +31,15 @@ pub(super) struct CameraGather<'a> {
     camera: CameraPaths,
 }
 
-/// Pairs of random numbers of a segment.
-#[derive(Clone, Copy)]
-enum Pair {
-    Direction,
-    AreaLight,
-    /// Of punctual lights, then of lobes.
-    Choice,
-    Passing,
-}
-
-impl Pair {
-    const COUNT: u32 = 4;
-
-    fn of(self, path: &Path) -> [f32; 2] {
-        // Pair 0 of the path is the place in the pixel.
-        path.sampler.get_2d(1 + path.segment * Pair::COUNT + self as u32)
-    }
-}
-
 impl<'a> Gather<'a> {
     pub fn new(
         maps: PhotonMaps,
         (nearest, most_radius): (u32, f32),
-        area_lights: AreaLights<'a>,
-        lights: &'a [Light],
+        direct: DirectLight<'a>,
         sky: Sky,
         max_bounces: u32,
     ) -> Gather<'a> {
-        let punctual_lights = PunctualLights::new(lights);
-        Gather { maps, nearest, most_radius, area_lights, punctual_lights, sky, max_bounces }
+        Gather { maps, nearest, most_radius, direct, sky, max_bounces }
     }
 
     pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
@@ -74,20 +48,6 @@ impl<'a> Gather<'a> {
 
     fn query(&self, hit: &SurfaceInteraction) -> Query {
         Query { p: hit.point.p, n: hit.n, nearest: self.nearest, most_radius: self.most_radius }
-    }
-
-    /// Light that comes straight from lamps and is reflected here.
-    fn add_direct(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
-        if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
-            let reflected = bsdf.evaluate(light.wi).0 * (hit.n.dot(light.wi) / light.pdf);
-            out.add_unless_occluded(path, light.shadow_ray, path.throughput * reflected * light.radiance);
-        }
-        if let Some((ray, irradiance)) =
-            self.punctual_lights.sample(&hit.point, hit.n, Pair::Choice.of(path)[0])
-        {
-            let reflected = bsdf.evaluate(ray.dir.normalize()).0;
-            out.add_unless_occluded(path, ray, path.throughput * reflected * irradiance);
-        }
     }
 
     /// Light that leaves towards a viewer of the photons here: of caustics alone where lamps and other surfaces are looked for
@@ -121,13 +81,13 @@ impl<'a> Gather<'a> {
         if bsdf.is_diffuse() {
             out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
             if is_seen {
-                self.add_direct(path, hit, &bsdf, out);
+                self.direct.add(path, hit, &bsdf, out);
             }
         }
         if path.bounces >= self.max_bounces || bsdf.is_black() {
             return None;
         }
-        let scattered = bsdf.sample(Pair::Direction.of(path), Pair::Choice.of(path)[1])?;
+        let scattered = bsdf.sample(Pair::Direction.of(path), Pair::PunctualLight.of(path)[1])?;
         // What photons tell of is not looked for once more.
         if !is_seen && bsdf.is_diffuse() && scattered.pdf.is_some() {
             return None;
@@ -163,7 +123,7 @@ impl Shader for CameraGather<'_> {
             return None;
         };
         path.throughput *= hit.transmittance();
-        let next = if Pair::Passing.of(path)[0] >= hit.material.alpha {
+        let next = if Pair::Survival.of(path)[0] >= hit.material.alpha {
             path.passed += 1;
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {

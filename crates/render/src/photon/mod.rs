@@ -13,7 +13,8 @@ mod tracer;
 
 use crate::{
     camera::CameraPaths,
-    lights::AreaLights,
+    integrator::DirectLight,
+    lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{RenderError, RenderParams},
     render::{Part, RenderProgress, Watch},
@@ -139,7 +140,13 @@ fn send_photons<'a>(
     let estimate = (params.photons.nearest, MOST_RADIUS * lit.world.bounds().diagonal());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads).build()?;
     let maps = pool.install(|| tracer.into_maps(1.0 / sent as f32, estimate));
-    Ok(Gather::new(maps, estimate, area_lights(), lit.lights, lit.sky, params.max_bounces))
+    // What lamps send straight here is not looked for in any other way.
+    let direct = DirectLight {
+        area_lights: area_lights(),
+        punctual_lights: PunctualLights::new(lit.lights),
+        weight: |_, _| 1.0,
+    };
+    Ok(Gather::new(maps, estimate, direct, lit.sky, params.max_bounces))
 }
 
 /// Photons have random numbers of their own in every pass.

@@ -3,11 +3,12 @@
 use crate::{
     RenderOutput, RenderProgress, RenderStats,
     camera::CameraPaths,
-    integrator::PathTracer,
+    integrator::{DirectLight, PathTracer},
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::{Integrator, RenderParams},
     render::{Watch, render},
+    sampling::power_heuristic,
     testing::{cornell_box, render_quietly, render_tiles_with},
     unfinished::Unfinished,
     wave::Tile,
@@ -46,8 +47,11 @@ fn order_of_tiles_changes_nothing() {
     let materials = Materials::new(&world.description);
     let shader = PathTracer::new(
         CameraPaths::new(&params, &world).unwrap(),
-        AreaLights::new(world.emitters(), &materials),
-        PunctualLights::new(&[]),
+        DirectLight {
+            area_lights: AreaLights::new(world.emitters(), &materials),
+            punctual_lights: PunctualLights::new(&[]),
+            weight: power_heuristic,
+        },
         Sky::Constant([0.0; 3]),
         params.max_bounces,
     );

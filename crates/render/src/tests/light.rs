@@ -2,7 +2,7 @@
 
 use crate::{
     camera::CameraPaths,
-    integrator::{LightWeight, PathTracer},
+    integrator::{DirectLight, LightWeight, PathTracer},
     lights::{AreaLights, PunctualLights},
     material::Materials,
     params::RenderParams,
@@ -129,18 +129,14 @@ fn strategies_agree() {
     world.add(&quad(Vec3::new(0.0, 0.3, 0.01), Vec3::X, Vec3::Y * 0.6), lamp([1.0, 2.0, 4.0]));
     let materials = Materials::new(&world.description);
     let params = RenderParams { width: 16, height: 16, spp: 256, max_bounces: 3, ..RenderParams::default() };
-    let render_with = |light_weight: LightWeight| {
-        let area = AreaLights::new(crate::World::emitters(&world), &materials);
-        let shader = PathTracer {
-            light_weight,
-            ..PathTracer::new(
-                CameraPaths::new(&params, &world).unwrap(),
-                area,
-                PunctualLights::new(&[]),
-                Sky::Constant([0.0; 3]),
-                params.max_bounces,
-            )
+    let render_with = |weight: LightWeight| {
+        let direct = DirectLight {
+            area_lights: AreaLights::new(crate::World::emitters(&world), &materials),
+            punctual_lights: PunctualLights::new(&[]),
+            weight,
         };
+        let camera = CameraPaths::new(&params, &world).unwrap();
+        let shader = PathTracer::new(camera, direct, Sky::Constant([0.0; 3]), params.max_bounces);
         let tiles = Tile::cover(params.width, params.height);
         mean(&render_tiles_with(&world, &params, (&materials, &shader), &tiles))
     };
