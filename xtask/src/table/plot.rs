@@ -14,7 +14,7 @@ const RIGHT: f64 = 130.0;
 const TOP: f64 = 20.0;
 /// Of text.
 const LINE_HEIGHT: f64 = 14.0;
-const COLORS: [&str; 6] = ["#1b6ca8", "#c8553d", "#588b3d", "#7d4fa0", "#b8860b", "#444444"];
+const COLORS: [&str; 7] = ["#1b6ca8", "#c8553d", "#588b3d", "#7d4fa0", "#b8860b", "#444444", "#1aa0a0"];
 
 /// Draws lines over axes with these names; both are logarithmic.
 pub fn lines(x_name: &str, y_name: &str, lines: &[Line]) -> String {
@@ -36,7 +36,7 @@ pub fn lines(x_name: &str, y_name: &str, lines: &[Line]) -> String {
         _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{what}</text>");
     };
     text((LEFT + WIDTH - RIGHT) / 2.0, HEIGHT - 10.0, "middle", x_name);
-    text(LEFT, TOP - 6.0, "middle", y_name);
+    text(4.0, TOP - 6.0, "start", y_name);
     let decades = |(least, greatest): (f64, f64)| (least as i32..=greatest as i32).map(|e| 10f64.powi(e));
     for x in decades(x_range) {
         text(x_of(x), HEIGHT - BOTTOM + 18.0, "middle", &x.to_string());
@@ -45,15 +45,19 @@ pub fn lines(x_name: &str, y_name: &str, lines: &[Line]) -> String {
         text(LEFT - 6.0, y_of(y) + 4.0, "end", &y.to_string());
     }
     let end = |points: &[(f64, f64)]| points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = lines.iter().filter_map(|(name, points)| Some((end(points)?, name)));
-    let mut names: Vec<(f64, f64, &str)> =
-        ends.map(|((x, y), name)| (y_of(y) + 4.0, x_of(x) + 8.0, name.as_str())).collect();
+    let colored = || lines.iter().zip(COLORS.iter().cycle());
+    let ends = colored().filter_map(|((name, points), color)| Some((end(points)?, name, color)));
+    let mut names: Vec<(f64, f64, &str, &str)> =
+        ends.map(|((x, y), name, color)| (y_of(y) + 4.0, x_of(x) + 8.0, name.as_str(), *color)).collect();
     names.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut least = f64::NEG_INFINITY;
-    for (y, x, name) in names {
+    for (y, x, name, color) in names {
         // Lines may end at the same place.
         let y = y.max(least);
-        text(x, y, "start", name);
+        _ = writeln!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"start\" fill=\"{color}\">{name}</text>"
+        );
         least = y + LINE_HEIGHT;
     }
     for y in decades(y_range) {
@@ -64,7 +68,7 @@ pub fn lines(x_name: &str, y_name: &str, lines: &[Line]) -> String {
             "<line x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{end}\" y2=\"{y:.1}\" stroke=\"#dddddd\"/>"
         );
     }
-    for ((_, points), color) in lines.iter().zip(COLORS.iter().cycle()) {
+    for ((_, points), color) in colored() {
         let path: Vec<String> =
             points.iter().map(|&(x, y)| format!("{:.1},{:.1}", x_of(x), y_of(y))).collect();
         _ = writeln!(
