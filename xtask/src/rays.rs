@@ -1,7 +1,7 @@
 //! Rays for measuring: of the kinds that renderers trace, from a scene of its own.
 
 use glam::Vec3;
-use raystrips_geom::{Hit, Ray};
+use raystrips_geom::{Hit, Ray, Shape};
 use raystrips_tracer::{Scene, Tracer};
 
 /// Most rays of one kind.
@@ -90,7 +90,8 @@ impl<'s> Maker<'s> {
 
     fn bounce(&mut self, ray: &Ray) -> Option<Bounce> {
         let hit: Hit = self.tracer.intersect(ray);
-        let corners = hit.is_hit().then(|| self.scene.resolve(&hit).corners)?;
+        let shape = hit.is_hit().then(|| self.scene.resolve(&hit).shape)?;
+        let Shape::Triangle(corners) = shape else { return None };
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize()?;
         let normal = if normal.dot(ray.dir) > 0.0 { -normal } else { normal };
         let point = ray.at(hit.t) + normal * (self.radius * 2e-5);

@@ -8,7 +8,7 @@ use crate::layout::Layout;
 use crate::layout::nodes::{PageNodes, PlacedNode};
 use crate::layout::pages::order_pages;
 use rayon::prelude::*;
-use raystrips_geom::Aabb;
+use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_layout::Permutation;
 use raystrips_pack::layout::{
     ALIGNMENT, ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
@@ -40,13 +40,23 @@ pub(crate) struct Root {
     pub depth: u32,
 }
 
+/// What pages are to be like.
+#[derive(Clone, Copy)]
+pub(crate) struct PageStyle {
+    /// Bytes to aim at.
+    pub size: usize,
+    pub layout: Layout,
+    /// How radii of strands are stored.
+    pub radii: RadiusCode,
+}
+
 /// Makes the pages of a piece whose triangles are numbered from `first_triangle` on.
 pub(crate) fn assemble(
     built: &StripTree,
-    (page_size, layout): (usize, Layout),
+    style: PageStyle,
     first_triangle: u64,
 ) -> Result<Assembled, PackError> {
-    let page_of = fill_pages(&built.clusters, page_size);
+    let page_of = fill_pages(&built.clusters, style.size);
     let page_of_group = |group: usize| page_of[built.groups[group].0 as usize];
     let mut in_pages = Vec::new();
     let tree = cut(&built.tree, &page_of_group, &mut in_pages);
@@ -56,7 +66,7 @@ pub(crate) fn assemble(
         .par_iter()
         .zip(&triangles_before)
         .map(|(roots, &first)| {
-            let (page, depths) = build_page(built, roots, layout);
+            let (page, depths) = build_page(built, roots, style);
             Ok((page.finish(first)?, depths))
         })
         .collect();
@@ -66,7 +76,7 @@ pub(crate) fn assemble(
         (0..).zip(depths).map(move |(node, depth)| Root { page, node, depth })
     };
     let roots: Vec<Root> = (0..).zip(&depths).flat_map(roots_of_page).collect();
-    let file_order = order_pages(layout, &tree, &roots, pages.len());
+    let file_order = order_pages(style.layout, &tree, &roots, pages.len());
     Ok(Assembled { pages, file_order, tree, roots })
 }
 
@@ -154,23 +164,29 @@ fn estimated_bytes(cluster: &Cluster) -> usize {
 fn build_page<'a>(
     built: &'a StripTree,
     roots: &[(u32, &'a Bvh)],
-    layout: Layout,
+    style: PageStyle,
 ) -> (PageBuilder<'a>, Vec<u32>) {
     let first_group = roots[0].1.items().start;
     let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
-    let mut page = PageContents { built, builder: PageBuilder::default(), first_cluster };
+    let mut page = PageContents { built, builder: PageBuilder::new(style.radii), first_cluster };
     for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
         page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
     }
     let nodes = PageNodes::new(&roots.iter().map(|root| root.1).collect::<Vec<&Bvh>>());
     page.builder.reserve_nodes(nodes.count());
-    nodes.placed(layout).into_iter().for_each(|node| page.node(node));
+    nodes.placed(style.layout).into_iter().for_each(|node| page.node(node));
     (page.builder, nodes.depths)
 }
 
 fn strip_parts(strip: &Strip) -> StripParts<'_> {
-    StripParts { refs: &strip.refs, turns: &strip.turns, splits: &strip.splits, geometry: strip.geometry }
+    StripParts {
+        refs: &strip.refs,
+        turns: &strip.turns,
+        splits: &strip.splits,
+        radii: &strip.radii,
+        geometry: strip.geometry,
+    }
 }
 
 struct PageContents<'a> {

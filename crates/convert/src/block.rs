@@ -1,12 +1,17 @@
-//! Triangles as bytes in scratch files: some thousand of one geometry at a time, with the vertices they name.
+//! Triangles or windows of strands as bytes in scratch files: some thousand of one geometry at a time, with the vertices
+//! they name.
 //!
-//! A block is a head, then positions, then corners as places in them, then, where ids are kept, the place of each
-//! triangle in the batch that it came from, then, where the mesh was simplified, the quadric of each position.
-//! Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a triangle where neighbors in the mesh are
+//! A block is a head, then positions, then *items*: corners of triangles as places in them, or [`StoredWindow`]s, then the
+//! radius of each position of strands, then, where ids are kept, the place of each triangle in the batch that it came
+//! from, then, where the mesh was simplified, the quadric of each position. Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a triangle where neighbors in the mesh are
 //! neighbors in the file, and 22 more with quadrics.
 
+use crate::mesh::has_area;
+use crate::positions::ToPack;
 use bytemuck::{Pod, Zeroable, pod_read_unaligned};
 use glam::Vec3;
+use raystrips_geom::Aabb;
+use raystrips_geom::strand::ball_bounds;
 use raystrips_meshio::TriangleBatch;
 use raystrips_simplify::StoredQuadric;
 use std::io;
@@ -17,7 +22,7 @@ struct Head {
     first_id: u64,
     geometry: u32,
     vertex_count: u32,
-    triangle_count: u32,
+    item_count: u32,
     flags: u32,
     /// CRC-32C of the block with zero here.
     checksum: u32,
@@ -30,13 +35,30 @@ const WIDE_POSITIONS: u32 = 1;
 const PLACES: u32 = 2;
 /// There are quadrics.
 const QUADRICS: u32 = 4;
+/// Items are windows of strands, and positions have radii.
+const STRANDS: u32 = 8;
+
+/// A window of a strand.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct StoredWindow {
+    /// Place of its first point among the positions; the others follow.
+    pub first: u16,
+    /// Segments.
+    pub segments: u16,
+    /// Number of its first segment in the batch that it came from.
+    pub segment: u16,
+    /// Number there of the first segment of its strand.
+    pub strand: u16,
+}
 
 /// A block that is read.
 #[derive(Clone, Copy)]
 pub(crate) struct Block<'a> {
     head: Head,
     positions: &'a [u8],
-    corners: &'a [u8],
+    items: &'a [u8],
+    radii: &'a [u8],
     places: &'a [u8],
     quadrics: &'a [u8],
 }
@@ -88,14 +110,38 @@ pub(crate) fn of_triangles(contents: &Contents) -> Vec<u8> {
     writer.finish()
 }
 
+/// Windows of strands; `radii` as many as `positions`.
+pub(crate) fn of_windows(
+    (geometry, first_id): (u32, u64),
+    positions: Points,
+    radii: &[f32],
+    windows: &[StoredWindow],
+) -> Vec<u8> {
+    let mut writer = Writer::new(geometry, first_id, windows.len());
+    match positions {
+        Points::Narrow(positions) => writer.positions(positions.iter().map(|p| p.to_array()), STRANDS),
+        Points::Wide(positions) => writer.positions(positions.iter().copied(), STRANDS | WIDE_POSITIONS),
+    }
+    writer.bytes.extend_from_slice(bytemuck::cast_slice(windows));
+    writer.bytes.extend_from_slice(bytemuck::cast_slice(radii));
+    writer.finish()
+}
+
+/// At most 2^16 positions.
+#[derive(Clone, Copy)]
+pub(crate) enum Points<'a> {
+    Narrow(&'a [Vec3]),
+    Wide(&'a [[f64; 3]]),
+}
+
 struct Writer {
     head: Head,
     bytes: Vec<u8>,
 }
 
 impl Writer {
-    fn new(geometry: u32, first_id: u64, triangle_count: usize) -> Writer {
-        let head = Head { first_id, geometry, triangle_count: triangle_count as u32, ..Head::zeroed() };
+    fn new(geometry: u32, first_id: u64, item_count: usize) -> Writer {
+        let head = Head { first_id, geometry, item_count: item_count as u32, ..Head::zeroed() };
         Writer { head, bytes: vec![0; size_of::<Head>()] }
     }
 
@@ -148,28 +194,75 @@ impl<'a> Block<'a> {
         let head: Head = pod_read_unaligned(head);
         let has = |flag| head.flags & flag != 0;
         let position_bytes = if has(WIDE_POSITIONS) { 24 } else { 12 };
-        let triangles = head.triangle_count as usize;
-        let (positions, rest) = body.split_at_checked(head.vertex_count as usize * position_bytes)?;
-        let (corners, rest) = rest.split_at_checked(triangles * size_of::<[u16; 3]>())?;
-        let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * triangles } else { 0 })?;
+        let (count, vertex_count) = (head.item_count as usize, head.vertex_count as usize);
+        let (item_bytes, radius_bytes) = match has(STRANDS) {
+            true => (size_of::<StoredWindow>(), size_of::<f32>()),
+            false => (size_of::<[u16; 3]>(), 0),
+        };
+        let (positions, rest) = body.split_at_checked(vertex_count * position_bytes)?;
+        let (items, rest) = rest.split_at_checked(count * item_bytes)?;
+        let (radii, rest) = rest.split_at_checked(vertex_count * radius_bytes)?;
+        let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * count } else { 0 })?;
         let quadric_bytes = if has(QUADRICS) { size_of::<StoredQuadric>() } else { 0 };
-        let (quadrics, rest) = rest.split_at_checked(head.vertex_count as usize * quadric_bytes)?;
+        let (quadrics, rest) = rest.split_at_checked(vertex_count * quadric_bytes)?;
         let whole = checksum(head, &body[..body.len() - rest.len()]) == head.checksum;
-        whole.then_some((Block { head, positions, corners, places, quadrics }, rest))
+        whole.then_some((Block { head, positions, items, radii, places, quadrics }, rest))
     }
 
-    /// Geometry of all its triangles.
+    /// Geometry of all of it.
     pub fn geometry(&self) -> u32 {
         self.head.geometry
     }
 
-    /// Number of the first triangle of the batch that it came from.
+    /// Number of the first triangle or segment of the batch that it came from.
     pub fn first_id(&self) -> u64 {
         self.head.first_id
     }
 
-    pub fn triangle_count(&self) -> usize {
-        self.head.triangle_count as usize
+    pub fn item_count(&self) -> usize {
+        self.head.item_count as usize
+    }
+
+    /// True if it holds windows of strands.
+    pub fn is_of_strands(&self) -> bool {
+        self.head.flags & STRANDS != 0
+    }
+
+    /// Calls `take` with the place of each item and its box, `positions` being those of the pack. Of triangles, those without
+    /// an area have none unless that `keeps_flat`.
+    pub fn for_each_box(
+        &self,
+        positions: &[Vec3],
+        to_pack: &ToPack,
+        keeps_flat: bool,
+        mut take: impl FnMut(u32, Option<Aabb>),
+    ) {
+        if self.is_of_strands() {
+            let balls: Vec<Aabb> = positions
+                .iter()
+                .zip(self.radii())
+                .map(|(&center, radius)| ball_bounds(center, to_pack.radii.rounded(radius)))
+                .collect();
+            for (window, place) in self.windows().zip(0..) {
+                let points = window.first.into()..=usize::from(window.first + window.segments);
+                take(place, Some(balls[points].iter().fold(Aabb::EMPTY, |all, ball| all.union(*ball))));
+            }
+            return;
+        }
+        for (triangle, place) in self.triangles().zip(0..) {
+            let corners = triangle.map(|v| positions[v as usize]);
+            take(place, (keeps_flat || has_area(corners)).then(|| Aabb::of_points(corners)));
+        }
+    }
+
+    /// Its windows of strands.
+    pub fn windows(&self) -> impl Iterator<Item = StoredWindow> + 'a {
+        self.items.chunks_exact(size_of::<StoredWindow>()).map(pod_read_unaligned)
+    }
+
+    /// Radii of the positions of strands.
+    pub fn radii(&self) -> impl Iterator<Item = f32> + 'a {
+        self.radii.chunks_exact(size_of::<f32>()).map(pod_read_unaligned)
     }
 
     pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> + 'a {
@@ -185,7 +278,7 @@ impl<'a> Block<'a> {
 
     /// Corners of the triangles as places among the positions.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + 'a {
-        let corners = self.corners.chunks_exact(size_of::<[u16; 3]>());
+        let corners = self.items.chunks_exact(size_of::<[u16; 3]>());
         corners.map(|bytes| pod_read_unaligned::<[u16; 3]>(bytes).map(u32::from))
     }
 

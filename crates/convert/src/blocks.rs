@@ -6,13 +6,14 @@ use crate::{ConvertError, Observer, Stage};
 use rayon::prelude::*;
 use raystrips_extmem::{Extent, Spool};
 use std::io;
+use std::sync::Arc;
 
 /// Blocks in the order of the import.
 pub(crate) struct Blocks {
-    pub spool: Spool,
+    pub spool: Arc<Spool>,
     /// Where they are, some at a time.
     pub chunks: Vec<Extent>,
-    /// Triangles in them.
+    /// Triangles, or windows of strands, in them.
     pub triangles: u64,
     /// Chunks worked on at a time.
     pub at_a_time: usize,
@@ -44,7 +45,7 @@ impl Blocks {
         let mut done = 0;
         let work_on_chunk = |&chunk: &Extent| -> io::Result<Vec<(usize, T)>> {
             let bytes = self.spool.read(chunk)?;
-            let work = |block: Block| (block.triangle_count(), work(block));
+            let work = |block: Block| (block.item_count(), work(block));
             Block::all(&bytes).map(|block| block.map(work)).collect()
         };
         for group in self.chunks.chunks(self.at_a_time) {

@@ -1,12 +1,13 @@
-//! Brings every triangle to the scratch file in which its piece is gathered.
+//! Brings every triangle and every window of a strand to the scratch file in which its piece is gathered.
 //!
-//! Within a piece triangles keep the order of the input, so that what is built of them depends on nothing else.
+//! Within a piece these keep the order of the input, so that what is built of them depends on nothing else.
 
-use crate::block::{self, Block, Contents};
+use crate::block::{self, Block, Contents, StoredWindow};
 use crate::blocks::{Blocks, lost_triangles};
-use crate::mesh::{Welded, has_area};
+use crate::mesh::Welded;
 use crate::partition::{Census, PIECE_TRIANGLES, Partition};
 use crate::positions::ToPack;
+use crate::strands::Selected;
 use crate::{ConvertError, Observer, Stage};
 use glam::Vec3;
 use raystrips_extmem::{Extent, Spool};
@@ -22,7 +23,10 @@ const BUFFER_BYTES: usize = 32 << 20;
 /// Where a piece is gathered.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct PieceSource {
+    /// Triangles, or windows of strands.
     pub triangles: u64,
+    /// Triangles, or segments of strands.
+    pub primitives: u64,
     /// Offset and bytes of its parts in the spool, in order.
     parts: Vec<(u64, u64)>,
 }
@@ -42,29 +46,32 @@ pub(crate) struct Pieces {
 }
 
 impl Pieces {
-    /// Triangles of all pieces.
+    /// Triangles of all pieces, or windows of strands.
     pub fn triangles(&self) -> u64 {
         self.sources.iter().map(|source| source.triangles).sum()
     }
 
-    /// For each piece the number of triangles before it.
-    pub fn first_triangles(&self) -> Vec<u64> {
-        let before = |sum: &mut u64, source: &PieceSource| {
-            let first = *sum;
-            *sum += source.triangles;
-            Some(first)
-        };
-        self.sources.iter().scan(0, before).collect()
+    /// Triangles of all pieces, or segments of strands.
+    pub fn primitives(&self) -> u64 {
+        self.sources.iter().map(|source| source.primitives).sum()
     }
 
-    /// The mesh of piece `number`.
+    /// Calls `take` with the bytes of each part of piece `number`.
+    pub fn for_each_part(
+        &self,
+        number: usize,
+        mut take: impl FnMut(&[u8]) -> std::io::Result<()>,
+    ) -> Result<(), ConvertError> {
+        let mut parts = self.sources[number].parts();
+        let read = parts.try_for_each(|part| take(&self.spool.read(part)?));
+        read.map_err(ConvertError::Scratch)
+    }
+
+    /// The mesh of piece `number`, which is of triangles.
     pub fn read(&self, number: usize) -> Result<Welded, ConvertError> {
         let source = &self.sources[number];
         let mut welded = Welded::with_capacity(source.triangles as usize);
-        for part in source.parts() {
-            let bytes = self.spool.read(part).map_err(ConvertError::Scratch)?;
-            welded.add(&bytes).map_err(ConvertError::Scratch)?;
-        }
+        self.for_each_part(number, |bytes| welded.add(bytes))?;
         if welded.mesh.triangles.len() as u64 != source.triangles {
             return Err(ConvertError::Scratch(lost_triangles()));
         }
@@ -111,10 +118,11 @@ fn row_of_leaves(bounds: Aabb, items: Range<usize>) -> Bvh {
     Bvh::Inner { bounds, children: Box::new(children) }
 }
 
-/// Triangles of one block that go to one leaf.
+/// What of one block goes to one leaf.
 struct Part {
     leaf: u32,
     triangles: u64,
+    primitives: u64,
     bytes: Vec<u8>,
 }
 
@@ -129,15 +137,15 @@ struct Keeps {
 /// The parts of a block, in the order of their leaves.
 fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keeps: Keeps) -> Vec<Part> {
     let positions: Vec<Vec3> = block.positions().map(|p| to_pack.place(p)).collect();
-    let triangles: Vec<[u32; 3]> = block.triangles().collect();
-    let mut places: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
-    for (triangle, place) in triangles.iter().zip(0..) {
-        let corners = triangle.map(|v| positions[v as usize]);
-        if keeps.flat || has_area(corners) {
-            places.push((partition.leaf(&Aabb::of_points(corners)), place));
-        }
-    }
+    let mut places: Vec<(u32, u32)> = Vec::with_capacity(block.item_count());
+    block.for_each_box(&positions, to_pack, keeps.flat, |place, bounds| {
+        places.extend(bounds.map(|bounds| (partition.leaf(&bounds), place)));
+    });
     places.sort_unstable();
+    if block.is_of_strands() {
+        return split_strands(block, &positions, &places);
+    }
+    let triangles: Vec<[u32; 3]> = block.triangles().collect();
     let mut renumbered = Renumbered::new(&positions, block.quadrics().collect());
     let parts = places.chunk_by(|a, b| a.0 == b.0).map(|group| {
         renumbered.clear();
@@ -153,7 +161,25 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keeps: Keeps) -
             places: &kept,
             quadrics: &renumbered.used_quadrics,
         });
-        Part { leaf: group[0].0, triangles: group.len() as u64, bytes }
+        let count = group.len() as u64;
+        Part { leaf: group[0].0, triangles: count, primitives: count, bytes }
+    });
+    parts.collect()
+}
+
+/// The parts of a block of strands; `places` are the leaf and the place of each window.
+fn split_strands(block: &Block, positions: &[Vec3], places: &[(u32, u32)]) -> Vec<Part> {
+    let windows: Vec<StoredWindow> = block.windows().collect();
+    let radii: Vec<f32> = block.radii().collect();
+    let parts = places.chunk_by(|a, b| a.0 == b.0).map(|group| {
+        let members = group.iter().map(|&(_, place)| windows[place as usize]);
+        let selected = Selected::new(members, positions, &radii);
+        Part {
+            leaf: group[0].0,
+            triangles: group.len() as u64,
+            primitives: selected.segments(),
+            bytes: selected.block(block.geometry(), block.first_id()),
+        }
     });
     parts.collect()
 }
@@ -216,6 +242,7 @@ impl Gatherer {
         }
         let piece = pieces.last_mut().expect("a leaf has a piece");
         piece.source.triangles += part.triangles;
+        piece.source.primitives += part.primitives;
         self.buffered += part.bytes.len();
         piece.buffer.extend(part.bytes);
         if self.buffered > BUFFER_BYTES { self.flush() } else { Ok(()) }

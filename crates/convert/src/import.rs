@@ -4,14 +4,16 @@ use crate::block;
 use crate::blocks::Blocks;
 use crate::mesh;
 use crate::offset::WorldBounds;
+use crate::strands::{self, RadiusRange};
 use crate::{ConvertError, Observer, Stage};
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
-use raystrips_meshio::{FileStamp, ImportOptions, TriangleBatch, TriangleSink};
+use raystrips_meshio::{FileStamp, ImportOptions, StrandBatch, TriangleBatch, TriangleSink};
 use raystrips_pack::Dropped;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What an import gave, but for the triangles.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -19,26 +21,41 @@ pub(crate) struct Imported {
     pub scene: SceneDesc,
     pub bounds: WorldBounds,
     pub triangles: u64,
+    /// Windows that strands are cut into.
+    pub strand_windows: u64,
+    /// Points of strands.
+    pub strand_points: u64,
+    pub radii: RadiusRange,
     /// Bytes of a stored id.
     pub id_bytes: u8,
     /// Triangles left out so far.
     pub dropped: Dropped,
     pub warnings: Vec<String>,
     pub files: Vec<FileStamp>,
-    /// Offset and bytes of each chunk of blocks in the spool.
+    /// Offset and bytes in the spool of each chunk of blocks of triangles.
     chunks: Vec<(u64, u64)>,
+    /// The same of strands.
+    strand_chunks: Vec<(u64, u64)>,
 }
 
 impl Imported {
-    /// The triangles, which are in `spool`.
-    pub fn blocks(&self, spool: Spool, at_a_time: usize) -> Blocks {
-        let chunks = self.chunks.iter().map(|&(offset, bytes)| Extent { offset, bytes }).collect();
-        Blocks { spool, chunks, triangles: self.triangles, at_a_time, is_consumed: false, keeps_flat: false }
+    /// The triangles and then the windows of strands, which are in `spool`.
+    pub fn blocks(&self, spool: Spool, at_a_time: usize) -> [Blocks; 2] {
+        let spool = Arc::new(spool);
+        let blocks = |chunks: &[(u64, u64)], triangles| Blocks {
+            spool: spool.clone(),
+            chunks: chunks.iter().map(|&(offset, bytes)| Extent { offset, bytes }).collect(),
+            triangles,
+            at_a_time,
+            is_consumed: false,
+            keeps_flat: false,
+        };
+        [blocks(&self.chunks, self.triangles), blocks(&self.strand_chunks, self.strand_windows)]
     }
 
     /// Bytes of all blocks.
     pub fn spool_bytes(&self) -> u64 {
-        self.chunks.iter().map(|(_, bytes)| bytes).sum()
+        self.chunks.iter().chain(&self.strand_chunks).map(|(_, bytes)| bytes).sum()
     }
 }
 
@@ -51,8 +68,11 @@ pub(crate) fn import(
 ) -> Result<(Imported, Spool), ConvertError> {
     let mut sink = Sink {
         spool,
-        chunk: Vec::new(),
-        chunks: Vec::new(),
+        triangles: Chunks::default(),
+        strands: Chunks::default(),
+        strand_windows: 0,
+        strand_points: 0,
+        radii: RadiusRange::EMPTY,
         bounds: WorldBounds::EMPTY,
         id_end: 0,
         observer,
@@ -60,7 +80,8 @@ pub(crate) fn import(
     };
     let import = raystrips_meshio::import(inputs, options, &mut sink);
     let import = import.map_err(|e| sink.failure.take().unwrap_or_else(|| e.into()))?;
-    sink.end_chunk().map_err(ConvertError::Scratch)?;
+    sink.triangles.end(&mut sink.spool).map_err(ConvertError::Scratch)?;
+    sink.strands.end(&mut sink.spool).map_err(ConvertError::Scratch)?;
     let mut warnings = import.report.warnings;
     if import.report.warnings_left_out > 0 {
         warnings.push(format!("{} more warnings", import.report.warnings_left_out));
@@ -69,6 +90,9 @@ pub(crate) fn import(
         scene: import.scene,
         bounds: sink.bounds,
         triangles: import.report.triangles,
+        strand_windows: sink.strand_windows,
+        strand_points: sink.strand_points,
+        radii: sink.radii,
         id_bytes: mesh::id_bytes(sink.id_end),
         dropped: Dropped {
             degenerate: 0,
@@ -77,7 +101,8 @@ pub(crate) fn import(
         },
         warnings,
         files: import.report.files,
-        chunks: sink.chunks,
+        chunks: sink.triangles.done,
+        strand_chunks: sink.strands.done,
     };
     Ok((imported, sink.spool))
 }
@@ -86,11 +111,37 @@ pub(crate) fn import(
 /// as where materials change all the time.
 const CHUNK_BYTES: usize = 1 << 20;
 
+/// Blocks of one kind on their way to the spool.
+#[derive(Default)]
+struct Chunks {
+    /// Blocks that are not in the spool yet.
+    open: Vec<u8>,
+    /// Offset and bytes of those that are.
+    done: Vec<(u64, u64)>,
+}
+
+impl Chunks {
+    fn push(&mut self, mut block: Vec<u8>, spool: &mut Spool) -> io::Result<()> {
+        self.open.append(&mut block);
+        if self.open.len() < CHUNK_BYTES { Ok(()) } else { self.end(spool) }
+    }
+
+    fn end(&mut self, spool: &mut Spool) -> io::Result<()> {
+        if !self.open.is_empty() {
+            let extent = spool.append(std::mem::take(&mut self.open))?;
+            self.done.push((extent.offset, extent.bytes));
+        }
+        Ok(())
+    }
+}
+
 struct Sink<'a> {
     spool: Spool,
-    /// Blocks that are not in the spool yet.
-    chunk: Vec<u8>,
-    chunks: Vec<(u64, u64)>,
+    triangles: Chunks,
+    strands: Chunks,
+    strand_windows: u64,
+    strand_points: u64,
+    radii: RadiusRange,
     bounds: WorldBounds,
     /// One more than the greatest id.
     id_end: u64,
@@ -100,31 +151,43 @@ struct Sink<'a> {
 }
 
 impl Sink<'_> {
-    fn end_chunk(&mut self) -> io::Result<()> {
-        if !self.chunk.is_empty() {
-            let extent = self.spool.append(std::mem::take(&mut self.chunk))?;
-            self.chunks.push((extent.offset, extent.bytes));
+    fn check_cancelled(&mut self) -> io::Result<()> {
+        if self.observer.is_cancelled() {
+            self.failure = Some(ConvertError::Cancelled);
+            return Err(io::ErrorKind::Interrupted.into());
         }
         Ok(())
+    }
+
+    /// Keeps why the spool did not take a batch.
+    fn noted(&mut self, result: io::Result<()>) -> io::Result<()> {
+        result.map_err(|e| {
+            self.failure = Some(ConvertError::Scratch(e));
+            io::ErrorKind::Other.into()
+        })
     }
 }
 
 impl TriangleSink for Sink<'_> {
     fn batch(&mut self, batch: TriangleBatch) -> io::Result<()> {
-        if self.observer.is_cancelled() {
-            self.failure = Some(ConvertError::Cancelled);
-            return Err(io::ErrorKind::Interrupted.into());
-        }
+        self.check_cancelled()?;
         self.bounds.grow(&batch.positions);
         self.id_end = self.id_end.max(batch.first_triangle_id + batch.triangles.len() as u64);
-        self.chunk.append(&mut block::of_batch(&batch));
-        if self.chunk.len() < CHUNK_BYTES {
-            return Ok(());
-        }
-        self.end_chunk().map_err(|e| {
-            self.failure = Some(ConvertError::Scratch(e));
-            io::ErrorKind::Other.into()
-        })
+        let pushed = self.triangles.push(block::of_batch(&batch), &mut self.spool);
+        self.noted(pushed)
+    }
+
+    fn strands(&mut self, batch: StrandBatch) -> io::Result<()> {
+        self.check_cancelled()?;
+        self.bounds.grow(&batch.positions);
+        self.radii.grow(&batch.radii);
+        self.strand_points += batch.positions.len() as u64;
+        let segments = (batch.positions.len() - batch.lengths.len()) as u64;
+        self.id_end = self.id_end.max(batch.first_segment_id + segments);
+        let (block, windows) = strands::of_batch(&batch);
+        self.strand_windows += windows;
+        let pushed = self.strands.push(block, &mut self.spool);
+        self.noted(pushed)
     }
 
     fn progress(&mut self, progress: raystrips_meshio::Progress) {

@@ -7,6 +7,7 @@
 
 use crate::distribute::{PieceSource, Pieces};
 use crate::flat_tree::FlatTree;
+use crate::gathered::Gathered;
 use crate::import::Imported;
 use crate::output::{Files, PieceRecord};
 use crate::partition::Census;
@@ -21,6 +22,7 @@ use std::path::{Path, PathBuf};
 const JOURNAL: &str = "journal";
 const IMPORTED: &str = "imported";
 const GATHERED: &str = "gathered";
+const GATHERED_STRANDS: &str = "gathered-strands";
 
 /// What a record says.
 #[derive(Serialize, Deserialize)]
@@ -32,17 +34,42 @@ enum Record {
     Imported(Imported),
     /// The triangles of the import are being consumed.
     ImportGone,
-    Gathered(Gathered),
+    Gathered(GatheredRecord),
     Piece(PieceRecord),
 }
 
-/// Pieces that are gathered on disk.
+/// Pieces that are gathered on disk: of triangles, and of strands.
 #[derive(Serialize, Deserialize)]
-struct Gathered {
+struct GatheredRecord {
+    triangles: Option<PiecesRecord>,
+    strands: Option<PiecesRecord>,
+}
+
+/// Pieces of one kind.
+#[derive(Serialize, Deserialize)]
+struct PiecesRecord {
     tree: FlatTree,
     sources: Vec<PieceSource>,
     spool_bytes: u64,
     census: Census,
+}
+
+impl PiecesRecord {
+    fn of(pieces: &Pieces) -> PiecesRecord {
+        PiecesRecord {
+            tree: FlatTree::of(&pieces.tree),
+            sources: pieces.sources.clone(),
+            spool_bytes: pieces.spool.length(),
+            census: pieces.census.clone(),
+        }
+    }
+
+    /// The pieces, if they are still in the spool at `path`.
+    fn pieces(self, path: &Path) -> Option<Pieces> {
+        let spool = Spool::reopen(path, self.spool_bytes).ok()?;
+        let tree = self.tree.tree().filter(|tree| tree.leaves().len() == self.sources.len())?;
+        Some(Pieces { tree, sources: self.sources, spool, census: self.census })
+    }
 }
 
 /// What an earlier run has done.
@@ -53,7 +80,7 @@ pub(crate) struct Found {
     scratch: Option<PathBuf>,
     /// The import but for its triangles.
     pub imported: Option<Imported>,
-    gathered: Option<Gathered>,
+    gathered: Option<GatheredRecord>,
     /// Pieces that were in the pack.
     pub pieces: Vec<PieceRecord>,
 }
@@ -181,7 +208,7 @@ impl Job {
     /// Notes which files were read, and the import, if it is on disk.
     pub fn note_import(&mut self, imported: &Imported, spool: &Spool) -> Result<(), ConvertError> {
         self.append(&Record::Files(imported.files.clone()))?;
-        self.note_synced(spool, || vec![Record::Imported(imported.clone())])
+        self.note_synced(&[spool], || vec![Record::Imported(imported.clone())])
     }
 
     /// Notes that the triangles of the import are going to be consumed.
@@ -190,30 +217,36 @@ impl Job {
         self.journal.sync().map_err(ConvertError::Scratch)
     }
 
-    /// An empty spool for gathering pieces.
-    pub fn gather_spool(&self, budget: Option<&MemoryBudget>) -> Spool {
+    /// An empty spool for gathering pieces of triangles.
+    pub fn triangle_spool(&self, budget: Option<&MemoryBudget>) -> Spool {
         Spool::new(&self.scratch_path().join(GATHERED), budget)
     }
 
+    /// An empty spool for gathering pieces of strands.
+    pub fn strand_spool(&self, budget: Option<&MemoryBudget>) -> Spool {
+        Spool::new(&self.scratch_path().join(GATHERED_STRANDS), budget)
+    }
+
     /// The pieces that are gathered, if they are.
-    pub fn gathered(&self, found: &mut Found) -> Option<Pieces> {
-        let Gathered { tree, sources, spool_bytes, census } = found.gathered.take()?;
-        let spool = Spool::reopen(&self.scratch_path().join(GATHERED), spool_bytes).ok()?;
-        let tree = tree.tree().filter(|tree| tree.leaves().len() == sources.len())?;
-        Some(Pieces { tree, sources, spool, census })
+    pub fn gathered(&self, found: &mut Found) -> Option<Gathered> {
+        let GatheredRecord { triangles, strands } = found.gathered.take()?;
+        let pieces = |record: Option<PiecesRecord>, name: &str| match record {
+            Some(record) => record.pieces(&self.scratch_path().join(name)).map(Some),
+            None => Some(None),
+        };
+        Gathered::new(pieces(triangles, GATHERED)?, pieces(strands, GATHERED_STRANDS)?)
     }
 
     /// Notes gathered pieces of an import, if they are on disk.
-    pub fn note_gathered(&mut self, pieces: &Pieces, imported: &Imported) -> Result<(), ConvertError> {
-        self.note_synced(&pieces.spool, || {
-            let gathered = Gathered {
-                tree: FlatTree::of(&pieces.tree),
-                sources: pieces.sources.clone(),
-                spool_bytes: pieces.spool.length(),
-                census: pieces.census.clone(),
+    pub fn note_gathered(&mut self, gathered: &Gathered, imported: &Imported) -> Result<(), ConvertError> {
+        let spools: Vec<&Spool> = gathered.kinds().map(|pieces| &pieces.spool).collect();
+        self.note_synced(&spools, || {
+            let record = GatheredRecord {
+                triangles: gathered.triangles.as_ref().map(PiecesRecord::of),
+                strands: gathered.strands.as_ref().map(PiecesRecord::of),
             };
             // All but the triangles of the import is still needed.
-            vec![Record::Imported(imported.clone()), Record::Gathered(gathered)]
+            vec![Record::Imported(imported.clone()), Record::Gathered(record)]
         })
     }
 
@@ -232,14 +265,15 @@ impl Job {
         Ok(())
     }
 
-    /// Notes what is in `spool` once that is on disk; nothing if part of it is in memory.
+    /// Notes what is in `spools` once that is on disk; nothing if part of it is in memory.
     fn note_synced(
         &mut self,
-        spool: &Spool,
+        spools: &[&Spool],
         records: impl FnOnce() -> Vec<Record>,
     ) -> Result<(), ConvertError> {
         let note = || {
-            if spool.sync()? {
+            let are_on_disk: io::Result<Vec<bool>> = spools.iter().map(|spool| spool.sync()).collect();
+            if are_on_disk?.iter().all(|&is_on_disk| is_on_disk) {
                 records().iter().try_for_each(|record| self.journal.append(&encode(record)))?;
                 self.journal.sync()?;
                 self.useful = true;
@@ -293,10 +327,11 @@ pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
     let ConvertParams { page_size, layout, strips, positions, keep_ids, proxies, import, .. } = params;
     let mut text = format!(
-        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {}\n",
+        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {} {:?}\n",
         env!("CARGO_PKG_VERSION"),
         raystrips_pack::layout::FORMAT_VERSION,
         import.drop_out_of_range,
+        import.strand_width,
     );
     for path in inputs {
         text += &format!("{:?}\n", FileStamp::of(path));

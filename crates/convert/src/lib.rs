@@ -1,7 +1,7 @@
 //! Models and scenes to packs, within a declared budget of memory, whatever the size of the input.
 //!
-//! The stages: [`import`] models to blocks of triangles in a scratch file; [`partition`] space so that each piece
-//! fits; [`distribute`] the triangles to their pieces; build each [`piece`] and append its pages to the [`output`];
+//! The stages: [`import`] models to blocks of triangles and strands in a scratch file; [`partition`] space so that each
+//! piece fits; [`distribute`] what there is to its pieces; build each [`piece`] and append its pages to the [`output`];
 //! join the hierarchies of the pieces at the [`top`]. Pieces depend on the input alone, so the pack has the same bytes
 //! for any number of threads and any budget. What is whole is noted by the [`job`], from which a killed conversion
 //! goes on.
@@ -14,6 +14,7 @@ mod cells;
 mod distribute;
 mod emitters;
 mod flat_tree;
+mod gathered;
 mod hash;
 mod import;
 mod job;
@@ -29,30 +30,34 @@ mod proxy;
 mod queue;
 mod report;
 mod sidecar;
+mod strands;
 mod top;
 
 pub use layout::Layout;
 pub use plan::Plan;
 pub use positions::Positions;
-pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, SimplifyMethod, proxy};
+pub use proxy::{PackProxies, Proxy, ProxyParams, ProxySize, SimplifyMethod, Strand, proxy};
 pub use raystrips_meshio::{FileStamp, ImportOptions};
 pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, ProxyReport, Stage, Unobserved};
 
 use blocks::Blocks;
 use distribute::Pieces;
+use gathered::Gathered;
 use glam::Vec3;
 use import::Imported;
 use job::{Found, Job};
 use output::{Output, PieceRecord};
-use partition::Division;
+use partition::{Census, Division};
+use piece::Kind;
 use positions::ToPack;
-use proxy::wants_proxies;
+use proxy::{FirstLevel, ProxyGoal};
 use queue::in_order;
-use raystrips_extmem::MemoryBudget;
+use raystrips_extmem::{MemoryBudget, Spool};
 use raystrips_geom::Aabb;
 use raystrips_pack::Manifest;
 use report::Clock;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -132,23 +137,35 @@ impl Conversion<'_> {
     fn run(&self, job: &mut Job, mut found: Found) -> Result<ConvertReport, ConvertError> {
         let mut clock = Clock::new();
         let budget = self.budget();
-        let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut clock)?;
-        let mut manifest = self.manifest(&imported);
-        manifest.position_error = pieces.census.position_error;
-        let mut output = Output::open(self.output, job.files(""), manifest, found.pieces)?;
-        let wanted = wants_proxies(self.params.proxies.as_ref(), pieces.triangles());
-        self.build_scene(&imported, &pieces, wanted, &mut output, job)?;
-        let Pieces { tree, spool, census, .. } = pieces;
-        drop(spool);
+        let (imported, gathered) = self.gather(job, &mut found, budget.as_ref(), &mut clock)?;
+        let mut output = Output::open(
+            self.output,
+            job.files(""),
+            self.manifest(&imported, &gathered.census()),
+            found.pieces,
+        )?;
+        let goal = ProxyGoal::of(self.params.proxies.as_ref(), &gathered);
+        self.build_scene(&imported, &gathered, goal, &mut output, job)?;
+        let tree = gathered.tree();
+        let geometry_bounds = gathered.geometry_bounds(imported.scene.geometries.len());
+        let triangle_pieces = gathered.triangles.as_ref().map_or(0, |pieces| pieces.sources.len());
+        drop(gathered);
         clock.record(Stage::Build);
         let mut proxies = Vec::new();
-        if let Some(wanted) = wanted {
+        if let Some(goal) = goal {
             let levels = self.levels(job, budget.as_ref(), tree.bounds());
-            let first = output.simplified(levels.batches_at_a_time)?;
-            proxies = self.pack_proxies(first, wanted, &imported, &levels, job)?;
+            let pieces = output.piece_count();
+            let simplified = |range: Range<usize>| {
+                let is_empty = range.is_empty();
+                (!is_empty).then(|| output.simplified(range, levels.batches_at_a_time)).transpose()
+            };
+            let first = FirstLevel {
+                triangles: simplified(0..triangle_pieces)?,
+                strands: simplified(triangle_pieces..pieces)?,
+            };
+            proxies = self.pack_proxies(first, goal, &imported, &levels, job)?;
             clock.record(Stage::Simplify);
         }
-        let geometry_bounds = census.geometry_bounds(imported.scene.geometries.len());
         let sort_memory = self.plan.sort_memory();
         let (manifest, file_bytes) = output.finish(tree, sort_memory, &geometry_bounds, &proxies)?;
         clock.record(Stage::Finish);
@@ -170,11 +187,11 @@ impl Conversion<'_> {
         found: &mut Found,
         budget: Option<&MemoryBudget>,
         clock: &mut Clock,
-    ) -> Result<(Imported, Pieces), ConvertError> {
+    ) -> Result<(Imported, Gathered), ConvertError> {
         let imported = found.imported.take();
         let gathered = job.gathered(found);
-        let (mut imported, pieces) = match (imported, gathered) {
-            (Some(imported), Some(pieces)) => (imported, pieces),
+        let (mut imported, gathered) = match (imported, gathered) {
+            (Some(imported), Some(gathered)) => (imported, gathered),
             (imported, _) => {
                 let (imported, mut blocks) = self.import(imported, job, budget)?;
                 clock.record(Stage::Import);
@@ -183,19 +200,20 @@ impl Conversion<'_> {
                 }
                 // Incoherent input, of which every triangle brings its own vertices, would take as much again: rather
                 // import again after a kill than fill the disk.
-                blocks.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles;
-                if blocks.is_consumed {
+                let [triangles, _] = &mut blocks;
+                triangles.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles.max(1);
+                if triangles.is_consumed && imported.triangles > 0 {
                     job.note_import_gone()?;
                 }
-                let pieces = self.pieces(&imported, &blocks, job, budget, clock)?;
+                let gathered = self.pieces(&imported, &blocks, job, budget, clock)?;
                 drop(blocks);
-                job.note_gathered(&pieces, &imported)?;
-                (imported, pieces)
+                job.note_gathered(&gathered, &imported)?;
+                (imported, gathered)
             }
         };
         job.remove_import()?;
-        imported.dropped.degenerate = pieces.census.degenerate;
-        Ok((imported, pieces))
+        imported.dropped.degenerate = gathered.census().degenerate;
+        Ok((imported, gathered))
     }
 
     /// The import: the earlier one if its triangles are still there.
@@ -204,7 +222,7 @@ impl Conversion<'_> {
         earlier: Option<Imported>,
         job: &mut Job,
         budget: Option<&MemoryBudget>,
-    ) -> Result<(Imported, Blocks), ConvertError> {
+    ) -> Result<(Imported, [Blocks; 2]), ConvertError> {
         let at_a_time = self.plan.batches_at_a_time();
         if let Some(imported) = earlier
             && let Some(spool) = job.imported(&imported)
@@ -224,86 +242,114 @@ impl Conversion<'_> {
         Ok((imported, blocks))
     }
 
-    /// Gathers the triangles of each piece.
+    /// Gathers what is in each piece.
     fn pieces(
         &self,
         imported: &Imported,
-        blocks: &Blocks,
+        [triangles, strands]: &[Blocks; 2],
         job: &Job,
         budget: Option<&MemoryBudget>,
         clock: &mut Clock,
-    ) -> Result<Pieces, ConvertError> {
-        let to_pack = ToPack::new(&offset::placement(&imported.bounds), self.params.positions);
+    ) -> Result<Gathered, ConvertError> {
+        let placement = offset::placement(&imported.bounds);
+        let to_pack = ToPack::new(&placement, self.params.positions, imported.radii.code());
         let [min, max] = imported.bounds.corners().map(|corner| to_pack.place(corner));
-        let partition =
-            partition::partition(blocks, Aabb { min, max }, &to_pack, Division::SurfaceArea, self.observer)?;
-        clock.record(Stage::Partition);
-        let partition = partition.ok_or_else(|| ConvertError::NoArea {
+        let mut gather = |blocks: &Blocks, spool: Spool| -> Result<Option<Pieces>, ConvertError> {
+            if blocks.triangles == 0 {
+                return Ok(None);
+            }
+            let division = Division::SurfaceArea;
+            let partition =
+                partition::partition(blocks, Aabb { min, max }, &to_pack, division, self.observer)?;
+            clock.record(Stage::Partition);
+            let Some(partition) = partition else { return Ok(None) };
+            let keep_ids = self.params.keep_ids;
+            let pieces =
+                distribute::distribute(blocks, &partition, &to_pack, keep_ids, spool, self.observer)?;
+            clock.record(Stage::Distribute);
+            Ok(Some(pieces))
+        };
+        let triangles = gather(triangles, job.triangle_spool(budget))?;
+        let strands = gather(strands, job.strand_spool(budget))?;
+        Gathered::new(triangles, strands).ok_or_else(|| ConvertError::NoArea {
             path: self.inputs.first().cloned().unwrap_or_default(),
             triangles: imported.triangles,
-        })?;
-        let spool = job.gather_spool(budget);
-        let keep_ids = self.params.keep_ids;
-        let pieces = distribute::distribute(blocks, &partition, &to_pack, keep_ids, spool, self.observer)?;
-        clock.record(Stage::Distribute);
-        Ok(pieces)
+        })
     }
 
-    /// Builds all pieces of the scene that are not in the pack yet, and simplifies them on the way to `wanted` triangles.
+    /// Builds all pieces of the scene that are not in the pack yet, and simplifies them on the way to proxies.
     fn build_scene(
         &self,
         imported: &Imported,
-        pieces: &Pieces,
-        wanted: Option<u64>,
+        gathered: &Gathered,
+        goal: Option<ProxyGoal>,
         output: &mut Output,
         job: &mut Job,
     ) -> Result<(), ConvertError> {
-        let wanted = wanted.filter(|_| output.piece_count() < pieces.sources.len());
-        let levels = self.levels(job, None, pieces.tree.bounds());
-        let first_level = wanted.map(|wanted| levels.first(pieces, SimplifyMethod::Auto, wanted));
-        let first_level = first_level.transpose()?;
-        let shines = emitters::shining(&imported.scene);
-        let context = piece::Context {
-            id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
-            first_level: first_level.as_ref(),
-            ..self.piece_context(pieces, &shines)
+        let goal = goal.filter(|_| output.piece_count() < gathered.piece_count());
+        let levels = self.levels(job, None, gathered.bounds());
+        let first_level = match (goal, &gathered.triangles) {
+            (Some(goal), Some(pieces)) => Some(levels.first(pieces, SimplifyMethod::Auto, goal.triangles)?),
+            _ => None,
         };
-        self.build(pieces, output, &context, self.observer, &mut |piece| job.note_piece(piece))
+        let shines = emitters::shining(&imported.scene);
+        let triangles = Kind::Triangles { shines: &shines, first_level: first_level.as_ref() };
+        let strands =
+            Kind::Strands { radii: imported.radii.code(), thinning: goal.map(|goal| goal.thinning()) };
+        let id_bytes = if self.params.keep_ids { imported.id_bytes } else { 0 };
+        let contexts = self.contexts(gathered, [triangles, strands], id_bytes);
+        self.build(gathered, output, &contexts, self.observer, &mut |piece| job.note_piece(piece))
     }
 
-    /// What pieces are built with that have neither ids nor a proxy.
-    fn piece_context<'a>(&'a self, pieces: &'a Pieces, shines: &'a [bool]) -> piece::Context<'a> {
-        piece::Context {
-            params: self.params,
-            output: self.output,
-            boxes: pieces.tree.leaf_bounds(),
-            pieces,
-            shines,
-            id_bytes: 0,
-            first_level: None,
-        }
+    /// What the kinds of pieces that there are are built with.
+    fn contexts<'a>(
+        &'a self,
+        gathered: &'a Gathered,
+        [triangles, strands]: [Kind<'a>; 2],
+        id_bytes: u8,
+    ) -> Vec<piece::Context<'a>> {
+        let kinds = [(&gathered.triangles, triangles), (&gathered.strands, strands)];
+        let context = |(pieces, kind): (&'a Option<Pieces>, Kind<'a>)| {
+            pieces.as_ref().map(|pieces| piece::Context {
+                params: self.params,
+                output: self.output,
+                boxes: pieces.tree.leaf_bounds(),
+                pieces,
+                id_bytes,
+                kind,
+            })
+        };
+        kinds.into_iter().filter_map(context).collect()
     }
 
-    /// Builds all of `pieces` that are not in `output` yet; `note` gets a record of each.
+    /// Builds all of `gathered` that is not in `output` yet; `contexts` are for its kinds. `note` gets a record of each
+    /// piece.
     fn build(
         &self,
-        pieces: &Pieces,
+        gathered: &Gathered,
         output: &mut Output,
-        context: &piece::Context,
+        contexts: &[piece::Context],
         observer: &dyn Observer,
         note: &mut (dyn FnMut(PieceRecord) -> Result<(), ConvertError> + Send),
     ) -> Result<(), ConvertError> {
-        let first_triangles = pieces.first_triangles();
+        let first_primitives = gathered.first_primitives();
         let begin = output.piece_count();
-        let total = pieces.triangles();
-        let done = AtomicU64::new(first_triangles.get(begin).copied().unwrap_or(total));
-        let finished = |triangles: usize| {
-            let before = done.fetch_add(triangles as u64, Ordering::Relaxed);
-            observer.progress(Stage::Build, before + triangles as u64, total);
+        let total = gathered.primitives();
+        let done = AtomicU64::new(first_primitives.get(begin).copied().unwrap_or(total));
+        let finished = |primitives: usize| {
+            let before = done.fetch_add(primitives as u64, Ordering::Relaxed);
+            observer.progress(Stage::Build, before + primitives as u64, total);
         };
-        let work = |number: usize| piece::build(context, number, first_triangles[number], &finished);
+        let pieces_of_first = contexts.first().map_or(0, |context| context.pieces.sources.len());
+        let work = |number: usize| {
+            let (context, place) = match number.checked_sub(pieces_of_first) {
+                Some(place) => (&contexts[1], place),
+                None => (&contexts[0], number),
+            };
+            piece::build(context, place, first_primitives[number], &finished)
+        };
         in_order(
-            begin..first_triangles.len(),
+            begin..first_primitives.len(),
             self.plan.pieces_at_a_time,
             observer,
             &work,
@@ -312,14 +358,15 @@ impl Conversion<'_> {
     }
 
     /// The manifest as far as it is known before the pages.
-    fn manifest(&self, imported: &Imported) -> Manifest {
+    fn manifest(&self, imported: &Imported, census: &Census) -> Manifest {
         let placement = offset::placement(&imported.bounds);
         let mut scene = imported.scene.clone();
         scene.translate(placement.offset.map(|x| -x));
         Manifest {
             generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
-            triangles: 0,
-            vertices: 0,
+            primitives: 0,
+            segments: 0,
+            vertices: imported.strand_points,
             strips: 0,
             clusters: 0,
             pages: 0,
@@ -328,9 +375,11 @@ impl Conversion<'_> {
             bounds_min: Vec3::ZERO.to_array(),
             bounds_max: Vec3::ZERO.to_array(),
             scene_offset: placement.offset,
-            position_error: 0.0,
+            position_error: census.position_error,
+            radius_error: if imported.strand_points > 0 { imported.radii.code().error() } else { 0.0 },
             id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
             bytes: Default::default(),
+            strand_bytes: Default::default(),
             dropped: imported.dropped,
             scene,
         }

@@ -15,6 +15,7 @@ use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, Read};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 const PACK: &str = "pack";
@@ -140,8 +141,8 @@ impl<'a> Output<'a> {
         Ok(record)
     }
 
-    /// The first level of the proxy, of all pieces; `at_a_time` chunks are worked on at a time.
-    pub fn simplified(&self, at_a_time: usize) -> Result<Blocks, ConvertError> {
+    /// The first level of the proxy, of these pieces; `at_a_time` chunks are worked on at a time.
+    pub fn simplified(&self, pieces: Range<usize>, at_a_time: usize) -> Result<Blocks, ConvertError> {
         let place = |end: &mut u64, piece: &PieceRecord| {
             let extent = Extent { offset: *end, bytes: piece.simplified.bytes() };
             *end += extent.bytes;
@@ -150,9 +151,9 @@ impl<'a> Output<'a> {
         let chunks: Vec<Extent> = self.pieces.iter().scan(0, place).collect();
         let length = chunks.last().map_or(0, |last| last.offset + last.bytes);
         Ok(Blocks {
-            spool: Spool::reopen(&self.files.path(SIMPLIFIED), length).map_err(ConvertError::Scratch)?,
-            chunks,
-            triangles: self.pieces.iter().map(|piece| piece.simplified_triangles).sum(),
+            spool: Spool::reopen(&self.files.path(SIMPLIFIED), length).map_err(ConvertError::Scratch)?.into(),
+            chunks: chunks[pieces.clone()].to_vec(),
+            triangles: self.pieces[pieces].iter().map(|piece| piece.simplified_triangles).sum(),
             at_a_time,
             is_consumed: false,
             keeps_flat: true,
@@ -173,7 +174,7 @@ impl<'a> Output<'a> {
         let shared = borders::count_different(shared_vertices, &self.files.scratch, memory_bytes as usize);
         let manifest = self.writer.manifest_mut();
         manifest.depth = top.depth;
-        manifest.vertices = shared.map_err(ConvertError::Scratch)?
+        manifest.vertices += shared.map_err(ConvertError::Scratch)?
             + self.pieces.iter().map(|piece| piece.own_vertices).sum::<u64>();
         let bounds = tree.bounds();
         (manifest.bounds_min, manifest.bounds_max) = (bounds.min.to_array(), bounds.max.to_array());

@@ -1,5 +1,5 @@
-//! Which triangle goes to which piece: the top of the hierarchy, by the surface area heuristic over cells of space in
-//! which triangles are counted.
+//! Which triangle or window of a strand goes to which piece: the top of the hierarchy, by the surface area heuristic over
+//! cells of space in which these are counted.
 //!
 //! Pieces do not depend on threads or memory, so neither does the pack. To sort triangles along a space-filling curve
 //! and cut the order into pieces would need no counting, but boxes of such pieces overlap more.
@@ -8,7 +8,6 @@ use crate::block::Block;
 use crate::blocks::Blocks;
 use crate::cells::{Cells, KeyGrid, LeafCell, Tally};
 use crate::hash::FastMap;
-use crate::mesh::has_area;
 use crate::positions::ToPack;
 use crate::{ConvertError, Observer, Stage};
 use glam::Vec3;
@@ -17,7 +16,7 @@ use raystrips_pack::GeometryBounds;
 use raystrips_strips::{Bvh, bvh};
 use serde::{Deserialize, Serialize};
 
-/// Most triangles of a piece, as long as space can tell them apart: what a thread builds at a time.
+/// Most triangles, or windows of strands, of a piece, as long as space can tell them apart: what a thread builds at a time.
 pub(crate) const PIECE_TRIANGLES: u64 = 1 << 18;
 /// Fewer triangles make a piece only where the heuristic finds no other way: every piece ends a page.
 const LEAST_TRIANGLES: u64 = PIECE_TRIANGLES / 16;
@@ -56,6 +55,24 @@ pub(crate) struct Census {
 }
 
 impl Census {
+    /// Takes in what another look has told.
+    pub fn merge(&mut self, other: &Census) {
+        self.degenerate += other.degenerate;
+        self.position_error = self.position_error.max(other.position_error);
+        for (geometry, &(min, max)) in other.bounds.iter().enumerate() {
+            let bounds = Aabb { min: Vec3::from_array(min), max: Vec3::from_array(max) };
+            self.grow(geometry, bounds);
+        }
+    }
+
+    fn grow(&mut self, geometry: usize, bounds: Aabb) {
+        let empty = (Aabb::EMPTY.min.to_array(), Aabb::EMPTY.max.to_array());
+        self.bounds.resize(self.bounds.len().max(geometry + 1), empty);
+        let (min, max) = &mut self.bounds[geometry];
+        let all = Aabb { min: Vec3::from_array(*min), max: Vec3::from_array(*max) }.union(bounds);
+        (*min, *max) = (all.min.to_array(), all.max.to_array());
+    }
+
     /// Box of each of so many geometries.
     pub fn geometry_bounds(&self, geometries: usize) -> Vec<GeometryBounds> {
         let empty = (Aabb::EMPTY.min.to_array(), Aabb::EMPTY.max.to_array());
@@ -66,12 +83,7 @@ impl Census {
     fn add(&mut self, counted: &Counted) {
         self.degenerate += counted.degenerate;
         self.position_error = self.position_error.max(counted.position_error);
-        let empty = (Aabb::EMPTY.min.to_array(), Aabb::EMPTY.max.to_array());
-        let geometry = counted.geometry as usize;
-        self.bounds.resize(self.bounds.len().max(geometry + 1), empty);
-        let (min, max) = &mut self.bounds[geometry];
-        let all = Aabb { min: Vec3::from_array(*min), max: Vec3::from_array(*max) }.union(counted.bounds);
-        (*min, *max) = (all.min.to_array(), all.max.to_array());
+        self.grow(counted.geometry as usize, counted.bounds);
     }
 }
 
@@ -151,13 +163,11 @@ fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack, keeps_f
     }
     // Neighbors in the file are mostly in the same cell.
     let mut last = (None, Tally::NONE);
-    for triangle in block.triangles() {
-        let corners = triangle.map(|v| positions[v as usize]);
-        if !keeps_flat && !has_area(corners) {
+    block.for_each_box(&positions, to_pack, keeps_flat, |_, bounds| {
+        let Some(bounds) = bounds else {
             counted.degenerate += 1;
-            continue;
-        }
-        let bounds = Aabb::of_points(corners);
+            return;
+        };
         counted.bounds = counted.bounds.union(bounds);
         let cell = cells.to_count(grid.key(&bounds));
         if cell != last.0 {
@@ -165,7 +175,7 @@ fn count(block: &Block, grid: &KeyGrid, cells: &Cells, to_pack: &ToPack, keeps_f
             last = (cell, Tally::NONE);
         }
         last.1.add(&Tally { count: 1, bounds });
-    }
+    });
     counted.add(&last);
     counted
 }

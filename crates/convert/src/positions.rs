@@ -6,6 +6,7 @@
 
 use crate::offset::Placement;
 use glam::{DVec3, Vec3};
+use raystrips_geom::RadiusCode;
 use raystrips_geom::grid::floor_log2;
 use serde::{Deserialize, Serialize};
 
@@ -24,12 +25,14 @@ pub enum Positions {
 
 /// Brings positions to the pack.
 pub(crate) struct ToPack {
+    /// How radii of strands are stored.
+    pub radii: RadiusCode,
     offset: DVec3,
     step: Option<f64>,
 }
 
 impl ToPack {
-    pub fn new(placement: &Placement, positions: Positions) -> ToPack {
+    pub fn new(placement: &Placement, positions: Positions, radii: RadiusCode) -> ToPack {
         let step = match positions {
             Positions::Grid { bits } if placement.size > 0.0 => {
                 let exponent = floor_log2(placement.size / f64::from(1u32 << bits)) + 1;
@@ -37,12 +40,12 @@ impl ToPack {
             }
             _ => None,
         };
-        ToPack { offset: DVec3::from_array(placement.offset), step }
+        ToPack { radii, offset: DVec3::from_array(placement.offset), step }
     }
 
     /// For positions that are those of the pack already.
-    pub fn identity() -> ToPack {
-        ToPack { offset: DVec3::ZERO, step: None }
+    pub fn identity(radii: RadiusCode) -> ToPack {
+        ToPack { radii, offset: DVec3::ZERO, step: None }
     }
 
     /// Position in the pack. Negative zero becomes zero: they are the same place.
@@ -70,7 +73,7 @@ mod tests {
     #[test]
     fn the_offset_keeps_detail() {
         let placement = Placement { offset: [5_000_064.0, 0.0, 0.0], size: 128.0 };
-        let exact = ToPack::new(&placement, Positions::Exact);
+        let exact = ToPack::new(&placement, Positions::Exact, RadiusCode::default());
         let position = [5_000_000.125, 1.0, 0.0];
         assert_eq!(exact.place(position), Vec3::new(-63.875, 1.0, 0.0));
         assert_eq!(exact.error(position, exact.place(position)), 0.0);
@@ -79,7 +82,7 @@ mod tests {
     #[test]
     fn a_grid_has_its_bits_and_says_its_error() {
         let placement = Placement { offset: [0.0; 3], size: 10.0 };
-        let grid = ToPack::new(&placement, Positions::Grid { bits: 16 });
+        let grid = ToPack::new(&placement, Positions::Grid { bits: 16 }, RadiusCode::default());
         let step = 2f64.powi(-12);
         let mut greatest = 0.0f64;
         for i in 0..1000 {

@@ -1,5 +1,5 @@
 //! The words everyone shares: boxes, rays, hits, the quantization grid of a node, the one rule that turns
-//! position *i* of a strip into a triangle, and the plain-data scene description.
+//! position *i* of a strip into a triangle, segments of hair, and the plain-data scene description.
 //!
 //! Nothing here knows of files, pages or threads.
 
@@ -9,8 +9,10 @@ pub mod grid;
 pub mod morton;
 pub mod ray;
 pub mod scene;
+pub mod strand;
 pub mod strip;
 
 pub use aabb::Aabb;
 pub use grid::{NodeGrid, PageGrid, Subgrid};
 pub use ray::{Hit, Ray};
+pub use strand::{RadiusCode, Segment, Shape};

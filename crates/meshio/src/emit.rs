@@ -2,6 +2,7 @@
 
 use crate::error::one_line;
 use crate::polygon::triangulate;
+use crate::strand::Strands;
 use crate::{
     FileStamp, Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result, TriangleBatch,
     TriangleSink,
@@ -13,7 +14,7 @@ use std::path::Path;
 /// Enough for long runs of work, little enough that a few batches fit into a cache.
 const MAX_TRIANGLES: usize = 1 << 16;
 /// So that 16 bits tell positions of a batch apart. Half of [`VertexMap`], so that its probes stay short.
-const MAX_POSITIONS: usize = 1 << 16;
+pub(crate) const MAX_POSITIONS: usize = 1 << 16;
 /// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
 const MAX_COORDINATE: f64 = 1e18;
 const MAX_WARNINGS: usize = 20;
@@ -48,6 +49,7 @@ pub(crate) struct Emitter<'a> {
     mirrored: bool,
 
     next_triangle_id: u64,
+    pub(crate) strands: Strands,
     batch: TriangleBatch,
     batch_count: u64,
     vertices: VertexMap,
@@ -70,6 +72,7 @@ impl<'a> Emitter<'a> {
             world_from_local: DAffine3::IDENTITY,
             mirrored: false,
             next_triangle_id: 0,
+            strands: Strands::default(),
             batch: TriangleBatch::default(),
             batch_count: 0,
             vertices: VertexMap::new(),
@@ -78,8 +81,14 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Starts a file.
-    pub fn begin_file(&mut self, placement: DAffine3, material_override: Option<u32>) -> Result<()> {
+    /// Starts a file, whose strands are as wide as given, if that is.
+    pub fn begin_file(
+        &mut self,
+        placement: DAffine3,
+        material_override: Option<u32>,
+        strand_width: Option<f64>,
+    ) -> Result<()> {
+        self.strands.width = strand_width;
         self.placement = placement;
         self.material_override = material_override;
         self.set_transform(DAffine3::IDENTITY)
@@ -103,7 +112,9 @@ impl<'a> Emitter<'a> {
     pub fn set_transform(&mut self, file_from_local: DAffine3) -> Result<()> {
         self.flush()?;
         self.world_from_local = self.placement * file_from_local;
-        self.mirrored = self.world_from_local.matrix3.determinant() < 0.0;
+        let determinant = self.world_from_local.matrix3.determinant();
+        self.mirrored = determinant < 0.0;
+        self.strands.scale = determinant.abs().cbrt();
         Ok(())
     }
 
@@ -296,8 +307,57 @@ impl<'a> Emitter<'a> {
         }
     }
 
+    /// Width of the strands of the present file, if it is known from elsewhere.
+    pub fn strand_width(&self) -> Option<f64> {
+        self.strands.width.or(self.options.strand_width)
+    }
+
+    /// Adds a strand through `points`, each with its radius in units of the file, and gives it the next numbers. A strand of
+    /// fewer than two points has no segments; one with a position or radius that cannot be used is dropped.
+    pub fn strand(
+        &mut self,
+        geometry: u32,
+        points: impl ExactSizeIterator<Item = ([f64; 3], f64)>,
+    ) -> Result<()> {
+        let segments = (points.len() as u64).saturating_sub(1);
+        self.strands.points.clear();
+        for (position, radius) in points {
+            let position = self.world_from_local.transform_point3(DVec3::from(position));
+            let radius = radius * self.strands.scale;
+            let fits = |x: f64| (-MAX_COORDINATE..=MAX_COORDINATE).contains(&x);
+            if !(position.to_array().into_iter().all(fits) && (0.0..=MAX_COORDINATE).contains(&radius)) {
+                let dropped = &mut self.report.dropped;
+                let is_finite = position.is_finite() && radius.is_finite();
+                *(if is_finite { &mut dropped.out_of_range } else { &mut dropped.non_finite }) += segments;
+                return self.set_next_triangle_id(self.next_triangle_id + segments);
+            }
+            self.strands.points.push((position.to_array(), radius as f32));
+        }
+        if segments == 0 {
+            return Ok(());
+        }
+        let points = std::mem::take(&mut self.strands.points);
+        let mut first = 0;
+        while first + 1 < points.len() {
+            let end = points.len().min(first + MAX_POSITIONS);
+            let takes = self.strands.takes(geometry, end - first, self.next_triangle_id);
+            if !takes || !self.batch.triangles.is_empty() {
+                self.flush()?;
+            }
+            self.strands.push(geometry, &points[first..end], self.next_triangle_id);
+            self.next_triangle_id += (end - first - 1) as u64;
+            first = end - 1;
+        }
+        self.strands.points = points;
+        Ok(())
+    }
+
     /// Hands over the present batch.
     fn flush(&mut self) -> Result<()> {
+        if let Some(batch) = self.strands.take() {
+            self.report.segments += (batch.positions.len() - batch.lengths.len()) as u64;
+            self.sink.strands(batch).map_err(ImportError::Sink)?;
+        }
         self.vertices.clear();
         if self.batch.triangles.is_empty() {
             self.batch.positions.clear();

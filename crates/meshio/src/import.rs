@@ -2,7 +2,7 @@
 
 use crate::emit::Emitter;
 use crate::scene_file::SceneFile;
-use crate::{Import, ImportError, ImportOptions, Place, Result, TriangleSink, gltf, map, obj, ply};
+use crate::{Import, ImportError, ImportOptions, Place, Result, TriangleSink, gltf, hair, map, obj, ply};
 use glam::DAffine3;
 use std::io::Read;
 use std::ops::Range;
@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// Reads all `inputs` into one scene. Models stand where their files put them, those of a scene file where that
 /// puts them.
 ///
-/// Formats are told by the ending of the name: `.obj`, `.gltf`, `.glb`, `.ply`, `.toml`; glTF and PLY also by
-/// their first bytes.
+/// Formats are told by the ending of the name: `.obj`, `.gltf`, `.glb`, `.ply`, `.hair`, `.toml`; glTF, PLY and hair also
+/// by their first bytes.
 ///
 /// # Errors
 ///
@@ -33,7 +33,7 @@ pub fn import(inputs: &[PathBuf], options: &ImportOptions, sink: &mut dyn Triang
             _ => None,
         };
         out.note_file(&model.path);
-        out.begin_file(model.world_from_file, material)?;
+        out.begin_file(model.world_from_file, material, model.strand_width)?;
         read_model(&model.path, format, &mut out)?;
         out.end_file(bytes)?;
         if let Some(scene_file) = scene_file {
@@ -70,6 +70,7 @@ impl Inputs {
                     path: path.clone(),
                     world_from_file: DAffine3::IDENTITY,
                     material: None,
+                    strand_width: None,
                 });
             }
         }
@@ -85,6 +86,8 @@ pub(crate) struct Model {
     pub world_from_file: DAffine3,
     /// Name of the material that all of it gets.
     pub material: Option<String>,
+    /// How wide its strands are, in units of the file.
+    pub strand_width: Option<f64>,
 }
 
 #[derive(Clone, Copy)]
@@ -92,6 +95,7 @@ pub(crate) enum Format {
     Obj,
     Ply,
     Gltf,
+    Hair,
 }
 
 impl Format {
@@ -103,6 +107,7 @@ impl Format {
         file.by_ref().take(4).read_to_end(&mut start).map_err(|e| ImportError::io(path, e))?;
         let format = match (start.as_slice(), ending(path).as_str()) {
             (b"glTF", _) | (_, "gltf" | "glb") => Format::Gltf,
+            (b"HAIR", _) | (_, "hair") => Format::Hair,
             (b"ply\n" | b"ply\r", _) | (_, "ply") => Format::Ply,
             (_, "obj") => Format::Obj,
             (_, "gz" | "xz" | "zst" | "bz2" | "zip" | "7z") => {
@@ -113,7 +118,7 @@ impl Format {
                 ));
             }
             _ => {
-                let what = "is of no known format; convert it to .obj, .gltf, .glb or .ply";
+                let what = "is of no known format; convert it to .obj, .gltf, .glb, .ply or .hair";
                 return Err(ImportError::unsupported(path, Place::Whole, what));
             }
         };
@@ -127,6 +132,7 @@ fn read_model(path: &Path, format: Format, out: &mut Emitter) -> Result<()> {
         Format::Obj => obj::read(path, out)?,
         Format::Ply => ply::read(path, out)?,
         Format::Gltf => gltf::read(path, out)?,
+        Format::Hair => hair::read(path, out)?,
     };
     if out.next_triangle_id() == first_id {
         return Err(ImportError::NoTriangles { path: path.into(), found });
@@ -136,7 +142,7 @@ fn read_model(path: &Path, format: Format, out: &mut Emitter) -> Result<()> {
 
 fn finish(inputs: &[PathBuf], out: Emitter) -> Result<Import> {
     let done = out.finish()?;
-    if done.report.triangles == 0 {
+    if done.report.triangles == 0 && done.report.segments == 0 {
         let dropped = done.report.dropped;
         let found = format!(
             "all are dropped, {} with positions that are not finite, {} out of range",

@@ -1,5 +1,5 @@
-//! Reads OBJ, glTF 2.0, PLY and [scene files](scene_file) as a stream of self-contained triangle batches, and
-//! what else makes up the scene as a [`SceneDesc`].
+//! Reads OBJ, glTF 2.0, PLY, hair and [scene files](scene_file) as a stream of self-contained batches of triangles and
+//! strands, and what else makes up the scene as a [`SceneDesc`].
 //!
 //! Input is hostile until checked: no number from a file sizes an allocation or a loop before it has been compared
 //! with the bytes that are there, and nothing panics. Files only lead to other files in their own folder or below.
@@ -13,6 +13,7 @@ mod emit;
 mod error;
 mod export;
 mod gltf;
+mod hair;
 mod import;
 mod kept;
 mod map;
@@ -26,6 +27,7 @@ pub mod scene_file;
 mod scratch;
 mod spool;
 mod stamp;
+mod strand;
 mod survey;
 #[cfg(test)]
 mod testing;
@@ -53,6 +55,23 @@ pub struct TriangleBatch {
     pub first_triangle_id: u64,
 }
 
+/// Strands of one geometry: rows of points with radii, at most 65,536 points in all. Longer strands go on in the next
+/// batch, which begins with the last point of this one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StrandBatch {
+    /// Index into [`SceneDesc::geometries`].
+    pub geometry: u32,
+    /// World space, as those of triangles; strand after strand.
+    pub positions: Vec<[f64; 3]>,
+    /// Radius at each position: finite, not below zero.
+    pub radii: Vec<f32>,
+    /// Points of each strand, at least two.
+    pub lengths: Vec<u32>,
+    /// Number of the first segment in reading order: segments and triangles are numbered together. The others follow
+    /// without gaps.
+    pub first_segment_id: u64,
+}
+
 /// How far an import has come, in bytes of its model files, not counting the files that those name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
@@ -66,6 +85,11 @@ pub struct Progress {
 pub trait TriangleSink {
     /// Takes the next batch; never an empty one. An error ends the import with [`ImportError::Sink`].
     fn batch(&mut self, batch: TriangleBatch) -> io::Result<()>;
+
+    /// The same for strands; who wants triangles alone need not take them.
+    fn strands(&mut self, _batch: StrandBatch) -> io::Result<()> {
+        Ok(())
+    }
 
     /// Called every now and then.
     fn progress(&mut self, _progress: Progress) {}
@@ -84,11 +108,14 @@ pub struct ImportOptions {
     /// place, which count as this process's memory even if the system may take them away. Up to 160 MiB more may
     /// be used, and the batches that the sink keeps.
     pub kept_bytes: u64,
+    /// Width of strands where files have lines but do not say how wide they are, in units of the file; such lines are left
+    /// out if it is not given.
+    pub strand_width: Option<f64>,
 }
 
 impl Default for ImportOptions {
     fn default() -> ImportOptions {
-        ImportOptions { drop_out_of_range: false, scratch: None, kept_bytes: 1 << 30 }
+        ImportOptions { drop_out_of_range: false, scratch: None, kept_bytes: 1 << 30, strand_width: None }
     }
 }
 
@@ -106,7 +133,9 @@ pub struct Import {
 pub struct ImportReport {
     /// Triangles sent to the sink.
     pub triangles: u64,
-    /// Triangles read but not sent.
+    /// Segments of strands sent to the sink.
+    pub segments: u64,
+    /// Triangles and segments read but not sent.
     pub dropped: Dropped,
     /// Every file that was read, as it was before.
     pub files: Vec<FileStamp>,
@@ -116,7 +145,7 @@ pub struct ImportReport {
     pub warnings_left_out: u64,
 }
 
-/// Triangles read but not sent to the sink. Triangles without area are sent: whoever welds positions finds them.
+/// Triangles and segments read but not sent to the sink. Triangles without area are sent: whoever welds positions finds them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// With a position that is infinite or not a number.

@@ -41,6 +41,7 @@
 //! scale = 2.0                   # or [x, y, z]
 //! rotate_degrees = [0, 90, 0]   # about x, then y, then z
 //! translate = [1.0, 0.0, 0.0]   # scaled first, then rotated, then moved
+//! strand_width = 0.002          # of hair and lines, in units of the file; by default what the file says
 //! # matrix = [1, 0, 0, 1,  0, 1, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1]   # instead of the three, row by row
 //! ```
 //!
@@ -144,6 +145,7 @@ struct MaterialEntry {
 struct ModelEntry {
     file: PathBuf,
     material: Option<String>,
+    strand_width: Option<f64>,
     translate: Option<[f64; 3]>,
     rotate_degrees: Option<[f64; 3]>,
     scale: Option<Scale>,
@@ -208,11 +210,15 @@ impl SceneFile {
         {
             return Err(format!("material '{name}' is not in this file; add a [[material]] of that name"));
         }
+        if entry.strand_width.is_some_and(|width| !(width > 0.0 && width.is_finite())) {
+            return Err("strand_width must be a number above 0".into());
+        }
         let folder = self.path.parent().unwrap_or(Path::new(""));
         Ok(Model {
             path: folder.join(&entry.file),
             world_from_file: entry.transform()?,
             material: entry.material.clone(),
+            strand_width: entry.strand_width,
         })
     }
 

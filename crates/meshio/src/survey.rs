@@ -1,7 +1,7 @@
 //! What an import will bring, told from headers and samples before it begins.
 
 use crate::import::{Format, Inputs};
-use crate::{Result, gltf, obj, ply};
+use crate::{Result, gltf, hair, obj, ply};
 use std::path::PathBuf;
 
 /// Sums over all models; a file that is placed twice counts twice.
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 pub struct Survey {
     /// Of model files, not counting the files that those name.
     pub bytes: u64,
-    /// To be read, whether or not they can be used.
+    /// To be read, whether or not they can be used; segments of strands in hair files count as triangles.
     pub triangles: u64,
     /// That the files list.
     pub vertices: u64,
@@ -33,6 +33,7 @@ pub fn survey(inputs: &[PathBuf]) -> Result<Survey> {
             Format::Obj => obj::survey(&model.path)?,
             Format::Ply => ply::survey(&model.path)?,
             Format::Gltf => gltf::survey(&model.path)?,
+            Format::Hair => hair::survey(&model.path)?,
         };
         all.bytes = all.bytes.saturating_add(bytes);
         all.triangles = all.triangles.saturating_add(found.triangles);

@@ -1,13 +1,13 @@
 //! Helpers of the tests.
 
-use crate::{Import, ImportError, ImportOptions, TriangleBatch, TriangleSink, import};
+use crate::{Import, ImportError, ImportOptions, StrandBatch, TriangleBatch, TriangleSink, import};
 use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Keeps all batches.
 #[derive(Debug, Default)]
-pub(crate) struct Collect(pub Vec<TriangleBatch>);
+pub(crate) struct Collect(pub Vec<TriangleBatch>, pub Vec<StrandBatch>);
 
 impl TriangleSink for Collect {
     fn batch(&mut self, batch: TriangleBatch) -> io::Result<()> {
@@ -15,6 +15,16 @@ impl TriangleSink for Collect {
         assert!(batch.triangles.iter().flatten().all(|&i| (i as usize) < batch.positions.len()));
         assert!(batch.positions.iter().flatten().all(|x| x.abs() <= 1e18));
         self.0.push(batch);
+        Ok(())
+    }
+
+    fn strands(&mut self, batch: StrandBatch) -> io::Result<()> {
+        assert_eq!(batch.lengths.iter().sum::<u32>() as usize, batch.positions.len());
+        assert!(
+            batch.radii.len() == batch.positions.len() && batch.lengths.iter().all(|&length| length >= 2)
+        );
+        assert!(batch.radii.iter().all(|radius| *radius >= 0.0 && radius.is_finite()));
+        self.1.push(batch);
         Ok(())
     }
 }

@@ -3,13 +3,13 @@
 use crate::vertices::VertexCode;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use raystrips_geom::{Aabb, NodeGrid, PageGrid, Subgrid};
+use raystrips_geom::{Aabb, NodeGrid, PageGrid, RadiusCode, Subgrid};
 
 /// First bytes of a pack. As in PNG: a byte that is not text, a name, line ends that a text transfer would
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].
@@ -292,14 +292,24 @@ pub struct PageHeader {
     pub strip_count: u32,
     /// Where the nodes begin, from the beginning of the page: a multiple of a cache line.
     pub nodes_offset: u32,
+    /// Bits of the radius of code 0; 0 in a page without strands.
+    pub radius_base: u32,
+    /// log2 of the distance of bits from the radius of one code to that of the next.
+    pub radius_shift: u32,
     /// Zero.
-    pub reserved: [u32; 6],
+    pub reserved: [u32; 4],
 }
 
 impl PageHeader {
     /// The page's grid.
     pub fn grid(&self) -> PageGrid {
         PageGrid { origin: Vec3::from_array(self.grid_origin), exponent: self.grid_exponent }
+    }
+
+    /// How radii of strands are stored.
+    #[inline(always)]
+    pub fn radius_code(&self) -> RadiusCode {
+        RadiusCode { base: self.radius_base, shift: self.radius_shift }
     }
 }
 

@@ -13,8 +13,10 @@ pub const MAX_MANIFEST_BYTES: usize = 1 << 27;
 pub struct Manifest {
     /// Program and version that wrote it.
     pub generator: String,
-    /// Triangles.
-    pub triangles: u64,
+    /// Triangles and segments of strands.
+    pub primitives: u64,
+    /// Segments of strands alone.
+    pub segments: u64,
     /// Different positions; pages hold those that several clusters use more than once.
     pub vertices: u64,
     /// Strips.
@@ -35,10 +37,14 @@ pub struct Manifest {
     pub scene_offset: [f64; 3],
     /// Most by which a coordinate of the pack differs from that of the input less the offset.
     pub position_error: f64,
+    /// Most by which a radius of the pack differs from that of the input, as a share of it.
+    pub radius_error: f64,
     /// Bytes of an original triangle id, 0 if none are kept.
     pub id_bytes: u8,
     /// Where the bytes of the file went.
     pub bytes: ByteCounts,
+    /// The part of that which pages of strands take.
+    pub strand_bytes: ByteCounts,
     /// Triangles of the input that are not in the pack.
     pub dropped: Dropped,
     /// Materials, geometries, lights, cameras; positions are those of the pack.
@@ -70,12 +76,34 @@ impl ByteCounts {
         self.vertices + self.indices + self.strip_trees + self.nodes + self.page_overhead
     }
 
+    /// True where no count is greater than that of `all`.
+    pub(crate) fn is_part_of(&self, all: &ByteCounts) -> bool {
+        let counts = |c: &ByteCounts| {
+            [c.vertices, c.indices, c.strip_trees, c.nodes, c.materials, c.page_overhead, c.ids]
+        };
+        counts(self).iter().zip(counts(all)).all(|(&part, all)| part <= all)
+    }
+
     /// All of it; `None` where that is beyond 64 bits, which only a hostile file can say.
     pub(crate) fn total(&self) -> Option<u64> {
         let ByteCounts { vertices, indices, strip_trees, nodes, materials, page_overhead, ids } = *self;
         [indices, strip_trees, nodes, materials, page_overhead, ids]
             .into_iter()
             .try_fold(vertices, u64::checked_add)
+    }
+
+    /// The counts less those of a part of them.
+    #[must_use]
+    pub fn without(&self, part: &ByteCounts) -> ByteCounts {
+        ByteCounts {
+            vertices: self.vertices - part.vertices,
+            indices: self.indices - part.indices,
+            strip_trees: self.strip_trees - part.strip_trees,
+            nodes: self.nodes - part.nodes,
+            materials: self.materials - part.materials,
+            page_overhead: self.page_overhead - part.page_overhead,
+            ids: self.ids - part.ids,
+        }
     }
 
     /// Component-wise sum.
@@ -102,9 +130,19 @@ pub struct Dropped {
 }
 
 impl Manifest {
-    /// Bytes a triangle that tracing needs.
+    /// Triangles.
+    pub fn triangles(&self) -> u64 {
+        self.primitives - self.segments
+    }
+
+    /// Bytes a triangle that tracing needs; nodes above the pages count for triangles.
     pub fn bytes_per_triangle(&self) -> f64 {
-        self.bytes.tracing() as f64 / self.triangles.max(1) as f64
+        self.bytes.without(&self.strand_bytes).tracing() as f64 / self.triangles().max(1) as f64
+    }
+
+    /// Bytes a segment of a strand that tracing needs.
+    pub fn bytes_per_segment(&self) -> f64 {
+        self.strand_bytes.tracing() as f64 / self.segments.max(1) as f64
     }
 
     pub(crate) fn encode(&self) -> Result<Vec<u8>, PackError> {

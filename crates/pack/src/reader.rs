@@ -114,17 +114,23 @@ impl Pack {
         if !m.bounds_min.iter().zip(&m.bounds_max).all(in_order) {
             return wrong("bad bounds");
         }
-        if !m.scene_offset.iter().all(|x| x.is_finite()) || !m.position_error.is_finite() {
+        if !m.scene_offset.iter().all(|x| x.is_finite())
+            || !m.position_error.is_finite()
+            || !m.radius_error.is_finite()
+        {
             return wrong("bad scene offset");
         }
         if m.depth as usize > MAX_DEPTH {
             return wrong("too deep");
         }
-        if m.clusters > m.strips || m.strips > m.triangles {
-            return wrong("more clusters than strips or strips than triangles");
+        if m.clusters > m.strips || m.strips > m.primitives || m.segments > m.primitives {
+            return wrong("more clusters than strips, or strips or segments than primitives");
         }
         if m.bytes.total().is_none_or(|total| total > self.file_bytes) {
             return wrong("byte counts beyond the length of the file");
+        }
+        if !m.strand_bytes.is_part_of(&m.bytes) {
+            return wrong("more bytes of strands than of all");
         }
         Ok(())
     }
@@ -150,7 +156,7 @@ impl Pack {
             return wrong(pair[0].2.max(pair[1].2));
         }
         let pages = self.directory.len() as u64;
-        if triangles != self.manifest.triangles || pages != self.manifest.pages || pages > MAX_PAGES {
+        if triangles != self.manifest.primitives || pages != self.manifest.pages || pages > MAX_PAGES {
             return Err(PackError::corrupt("directory and manifest differ"));
         }
         let ids = triangles.checked_mul(u64::from(self.manifest.id_bytes));

@@ -6,6 +6,7 @@
 //! them, their heads, and n + 2 references.
 
 use crate::layout::MAX_STRIP_TRIANGLES;
+use crate::strand_record::StrandView;
 use raystrips_geom::strip::{WINDOW_TRIANGLES, WINDOW_VERTICES, strip_triangle, window_count};
 
 /// Bytes of one [`SplitNode`].
@@ -53,6 +54,9 @@ impl SplitNode {
     }
 }
 
+/// Bits of a head that all are set for a window of a strand.
+const STRAND: u8 = 7 << 5;
+
 /// What a window's first byte says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WindowHead(pub u8);
@@ -73,6 +77,23 @@ impl WindowHead {
     #[inline(always)]
     pub fn turns(self) -> u8 {
         (self.0 & 31) << 1
+    }
+
+    /// Head of a window of a strand: a count that no window of triangles has, then that of its segments.
+    pub fn strand(segments: usize) -> WindowHead {
+        WindowHead(STRAND | (segments - 1) as u8)
+    }
+
+    /// Whether the window is of a strand.
+    #[inline(always)]
+    pub fn is_strand(self) -> bool {
+        self.0 & STRAND == STRAND
+    }
+
+    /// Segments, if it is of a strand.
+    #[inline(always)]
+    pub fn segments(self) -> usize {
+        usize::from(self.0 & !STRAND) + 1
     }
 }
 
@@ -114,9 +135,21 @@ impl<'a> StripView<'a> {
         })
     }
 
-    /// Triangles.
+    /// Triangles, or segments of a strand.
     #[inline]
-    pub fn triangle_count(&self) -> usize {
+    pub fn primitive_count(&self) -> usize {
+        self.strand().map_or_else(|| self.triangle_count(), |strand| strand.segments)
+    }
+
+    /// The window of a strand that it is, if it is one.
+    #[inline]
+    pub fn strand(&self) -> Option<StrandView<'a>> {
+        StrandView::of(WindowHead(self.heads[0]), self.refs.first_chunk()?)
+    }
+
+    /// Triangles of a strip that is no strand.
+    #[inline]
+    fn triangle_count(&self) -> usize {
         let full = self.heads.len() - 1;
         full * WINDOW_TRIANGLES + WindowHead(self.heads[full]).count()
     }
@@ -153,7 +186,7 @@ impl<'a> StripView<'a> {
         self.heads
     }
 
-    /// Vertices of the cluster, by first use in the strip.
+    /// Vertices of the cluster, by first use in the strip, if it is no strand.
     pub fn refs(&self) -> &'a [u8] {
         &self.refs[..self.triangle_count() + 2]
     }
@@ -176,7 +209,7 @@ impl<'a> StripView<'a> {
         self.heads[..w].iter().map(flips).sum::<u32>() & 1 == 1
     }
 
-    /// Cluster vertices of triangle `i`, wound as in the mesh.
+    /// Cluster vertices of triangle `i` of a strip that is no strand, wound as in the mesh.
     pub fn triangle(&self, i: usize) -> [u8; 3] {
         let mut turns = [0; MAX_STRIP_WINDOWS];
         for (turns, &head) in turns.iter_mut().zip(self.heads) {

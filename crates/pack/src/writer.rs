@@ -38,6 +38,7 @@ pub struct PageRecord {
     bytes: u32,
     checksum: u32,
     triangle_count: u32,
+    segment_count: u32,
     node_count: u32,
     strip_count: u64,
     cluster_count: u64,
@@ -52,6 +53,7 @@ impl PageRecord {
             bytes: page.bytes.len() as u32,
             checksum: crc32c::crc32c(&page.bytes),
             triangle_count: page.triangle_count,
+            segment_count: page.segment_count,
             node_count: page.node_count,
             strip_count: page.strip_count,
             cluster_count: page.cluster_count,
@@ -127,7 +129,7 @@ impl PackWriter {
 
     /// Number that the next page's first triangle will have.
     pub fn next_triangle(&self) -> u64 {
-        self.totals.triangles
+        self.totals.primitives
     }
 
     /// Pages so far.
@@ -170,19 +172,24 @@ impl PackWriter {
         }
         self.directory.push(PageEntry {
             offset: page.offset,
-            first_triangle: self.totals.triangles,
+            first_triangle: self.totals.primitives,
             bytes: page.bytes,
             checksum: page.checksum,
             triangle_count: page.triangle_count,
             node_count: page.node_count,
         });
         let totals = &mut self.totals;
-        totals.triangles += u64::from(page.triangle_count);
+        totals.primitives += u64::from(page.triangle_count);
+        totals.segments += u64::from(page.segment_count);
         totals.strips += page.strip_count;
         totals.clusters += page.cluster_count;
         totals.pages += 1;
-        totals.bytes.add(&page.counts);
-        totals.bytes.page_overhead += page.padding + size_of::<PageEntry>() as u64;
+        let mut counts = page.counts;
+        counts.page_overhead += page.padding + size_of::<PageEntry>() as u64;
+        totals.bytes.add(&counts);
+        if page.segment_count > 0 {
+            totals.strand_bytes.add(&counts);
+        }
         Ok(())
     }
 
@@ -205,7 +212,7 @@ impl PackWriter {
         self.totals.bytes.nodes +=
             (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
         let id_bytes = u64::from(self.totals.id_bytes);
-        self.totals.bytes.ids = self.totals.triangles * id_bytes;
+        self.totals.bytes.ids = self.totals.primitives * id_bytes;
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);
         let mut sections = vec![

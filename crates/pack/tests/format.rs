@@ -4,9 +4,11 @@
 mod tables;
 
 use glam::Vec3;
+use raystrips_geom::strand::WINDOW_SEGMENTS;
 use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed, strip_triangle};
 use raystrips_pack::layout::*;
 use raystrips_pack::manifest::MAX_MANIFEST_BYTES;
+use raystrips_pack::strand_record::STRAND_POINTS;
 use raystrips_pack::strip_record::*;
 use raystrips_pack::vertices::{VERTEX_REACH, VertexCode};
 use std::mem::offset_of;
@@ -49,6 +51,8 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
             max_windows,
             strip_count,
             nodes_offset,
+            radius_base,
+            radius_shift,
             reserved
         }),
         record!(ClusterHeader {
@@ -111,7 +115,7 @@ fn records_are_as_described() {
 
 #[test]
 fn constants_are_as_described() {
-    let code: [(&str, i64); 24] = [
+    let code: [(&str, i64); 26] = [
         ("FORMAT_VERSION", FORMAT_VERSION.into()),
         ("ALIGNMENT", ALIGNMENT as i64),
         ("MAX_PAGES", MAX_PAGES as i64),
@@ -125,6 +129,8 @@ fn constants_are_as_described() {
         ("MAX_STRIP_WINDOWS", MAX_STRIP_WINDOWS as i64),
         ("WINDOW_TRIANGLES", WINDOW_TRIANGLES as i64),
         ("WINDOW_RECORD_BYTES", WINDOW_RECORD_BYTES as i64),
+        ("WINDOW_SEGMENTS", WINDOW_SEGMENTS as i64),
+        ("STRAND_POINTS", STRAND_POINTS as i64),
         ("PLACE_BYTES", PLACE_BYTES as i64),
         ("SPLIT_BYTES", SPLIT_BYTES as i64),
         ("SPLIT_PLANE_STEP", SPLIT_PLANE_STEP.into()),

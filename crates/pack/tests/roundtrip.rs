@@ -3,8 +3,9 @@
 
 use glam::Vec3;
 use proptest::prelude::*;
-use raystrips_geom::Aabb;
+use raystrips_geom::strand::WINDOW_SEGMENTS;
 use raystrips_geom::strip::{PlaneSplit, strip_triangle, window_count};
+use raystrips_geom::{Aabb, RadiusCode, Segment};
 use raystrips_pack::layout::{ChildBoxes, MAX_STRIP_TRIANGLES, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::strip_record::SPLIT_PLANE_STEP;
@@ -43,7 +44,13 @@ fn strip(most: usize) -> impl Strategy<Value = Parts> {
 /// A page of one cluster and one node.
 fn page(strips: &[Parts]) -> BuiltPage {
     let vertices = vertices();
-    let parts = strips.iter().map(|(splits, turns, refs)| StripParts { refs, turns, splits, geometry: 0 });
+    let parts = strips.iter().map(|(splits, turns, refs)| StripParts {
+        refs,
+        turns,
+        splits,
+        radii: &[],
+        geometry: 0,
+    });
     let mut page = PageBuilder::default();
     let root = page.reserve_nodes(1);
     let cluster = page.cluster(&vertices, parts.collect());
@@ -61,7 +68,7 @@ fn check_strips(view: &PageView, strips: &[Parts]) -> Result<(), TestCaseError> 
         let strip = view.strip(i);
         let n = refs.len() - 2;
         prop_assert_eq!((strip.refs(), strip.window_count()), (&refs[..], turns.len()));
-        prop_assert_eq!((strip.triangle_count(), cluster.triangle_index(i, 0)), (n, triangles));
+        prop_assert_eq!((strip.primitive_count(), cluster.triangle_index(i, 0)), (n, triangles));
         prop_assert_eq!(view.window_record(i).is_some(), view.header().max_windows == 1);
         let heads: Vec<_> = (0..turns.len()).map(|w| strip.window(w).0).collect();
         prop_assert_eq!(heads.iter().map(|head| head.turns()).collect::<Vec<_>>(), turns.clone());
@@ -168,4 +175,37 @@ fn a_point_has_a_box() {
         let point = Vec3::splat(x);
         check_boxes(&[Aabb { min: point, max: point }]).unwrap();
     }
+}
+
+#[test]
+fn windows_of_strands_come_back() {
+    let vertices = vertices();
+    let code = RadiusCode::covering(0.5, 20.0);
+    let windows: Vec<(Vec<u8>, Vec<u8>)> = (1..=WINDOW_SEGMENTS as u8)
+        .map(|n| ((7 * n..=8 * n).collect(), (0..=n).map(|k| 40 * k).collect()))
+        .collect();
+    let parts =
+        windows.iter().map(|(refs, radii)| StripParts { refs, turns: &[0], splits: &[], radii, geometry: 0 });
+    let mut page = PageBuilder::new(code);
+    let root = page.reserve_nodes(1);
+    let cluster = page.cluster(&vertices, parts.collect());
+    let bounds = vec![Aabb { min: Vec3::ZERO, max: Vec3::splat(SIZE) }; windows.len()];
+    page.set_node(root, bounds, Children::Strips { cluster, first: 0 });
+    let built = page.finish(0).unwrap();
+    assert_eq!((built.triangle_count, built.segment_count), (21, 21));
+    with_view(&built, |view| {
+        let cluster = view.cluster(0);
+        for (strip, (refs, radii)) in cluster.strips().zip(&windows) {
+            let strand = strip.strand().unwrap();
+            assert_eq!(strip.primitive_count(), refs.len() - 1);
+            assert_eq!(strand.refs()[..refs.len()], refs[..]);
+            for i in 0..strand.segments {
+                let expected = Segment {
+                    ends: [i, i + 1].map(|k| vertices[usize::from(refs[k])]),
+                    radii: [i, i + 1].map(|k| code.decode(radii[k])),
+                };
+                assert_eq!(cluster.segment(&strand, i), expected);
+            }
+        }
+    });
 }

@@ -51,7 +51,7 @@ fn pages_are_what_was_written() {
         assert_eq!(view.strip_count() as u64, page.strip_count);
     }
     let ids = table.triangle_ids().chunks_exact(4).map(|id| u32::from_le_bytes(id.try_into().unwrap()));
-    assert!(ids.eq((0..manifest.triangles as u32).map(|i| i * 4 + i % 3)));
+    assert!(ids.eq((0..manifest.primitives as u32).map(|i| i * 4 + i % 3)));
 }
 
 #[test]

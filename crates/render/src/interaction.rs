@@ -6,7 +6,7 @@ use crate::{
     world::Surface,
 };
 use glam::Vec3;
-use raystrips_geom::{Hit, Ray};
+use raystrips_geom::{Hit, Ray, Shape};
 
 /// A hit made ready for shading.
 pub(crate) struct SurfaceInteraction<'a> {
@@ -26,7 +26,10 @@ impl<'a> SurfaceInteraction<'a> {
         if !hit.is_hit() {
             return None;
         }
-        let point = SurfacePoint::on_triangle(&surface.corners, surface.u, surface.v)?;
+        let point = match &surface.shape {
+            Shape::Triangle(corners) => SurfacePoint::on_triangle(corners, surface.u, surface.v)?,
+            Shape::Segment(segment) => SurfacePoint::on_segment(segment, surface.u, ray, hit.t)?,
+        };
         let front = point.ng.dot(ray.dir) < 0.0;
         Some(SurfaceInteraction {
             point,

@@ -11,7 +11,7 @@
 //!   relative to their length. Measured along the normal it does not grow for grazing rays.
 
 use glam::Vec3;
-use raystrips_geom::Ray;
+use raystrips_geom::{Ray, Segment};
 
 /// Bound of both errors, in half ulps of the numbers they are relative to. One is the rounding of the point and
 /// one that of the ray's origin; the rest is for the tracer. The test below finds no ray in three million
@@ -21,6 +21,9 @@ const RELATIVE_ERROR: f64 = 8.0 / (1u32 << 24) as f64;
 /// In slivers the error of the barycentrics shows too: it grows with the inverse of the sine of their angle, up
 /// to this much here, so that the offset stays about 10^-5 of the edges at most.
 const MAX_SLIVER: f64 = 16.0;
+
+/// Rounding of the share of a segment, which moves the ball that touches its surface and so changes its radius.
+const SHARE_ERROR: f64 = 1.0 / (1u32 << 23) as f64;
 
 /// Shadow rays end this share of their length before the light, so as not to be blocked by it.
 const SHADOW_MARGIN: f32 = 1e-4;
@@ -48,6 +51,25 @@ impl SurfacePoint {
         let sliver = (e1.length_squared() * e2.length_squared() / cross.length_squared()).sqrt();
         let edges = e1.abs().max(e2.abs()).element_sum() * sliver.min(MAX_SLIVER);
         let error = RELATIVE_ERROR * (rounding + edges);
+        Some(SurfacePoint { p: p.as_vec3(), ng: ng.as_vec3(), error: error as f32 })
+    }
+
+    /// The point at distance `t` of `ray`, which enters the segment there, at this share of its length. `None` where the
+    /// segment is not finite.
+    ///
+    /// Computed from the ball that touches the segment's surface there, which is exact up to its own rounding however far the
+    /// ray came.
+    pub fn on_segment(segment: &Segment, share: f32, ray: &Ray, t: f32) -> Option<SurfacePoint> {
+        let [a, b] = segment.ends.map(|end| end.as_dvec3());
+        let [ra, rb] = segment.radii.map(f64::from);
+        let share = f64::from(share);
+        let (center, radius) = (a + (b - a) * share, ra + (rb - ra) * share);
+        let met = ray.org.as_dvec3() + ray.dir.as_dvec3() * f64::from(t);
+        // Where the ray hardly touches, rounding may turn this away from the ray.
+        let ng = (met - center).try_normalize()?;
+        let p = center + ng * radius;
+        let rounding = ng.abs().dot(p.abs()) + radius + (b - a).abs().element_sum();
+        let error = RELATIVE_ERROR * rounding + SHARE_ERROR * (rb - ra).abs();
         Some(SurfacePoint { p: p.as_vec3(), ng: ng.as_vec3(), error: error as f32 })
     }
 

@@ -11,7 +11,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use raystrips_geom::{
-    Aabb, Hit, Ray,
+    Aabb, Hit, Ray, Shape,
     scene::{Camera, Geometry, Material, Projection, SceneDesc},
 };
 use raystrips_tracer::OpenError;
@@ -65,7 +65,13 @@ impl World for BruteWorld {
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
         for (hit, surface) in hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit()) {
             let Emitter { corners, geometry } = self.triangles[hit.prim_id as usize];
-            *surface = Surface { geometry, triangle: hit.prim_id, corners, u: hit.u, v: hit.v };
+            *surface = Surface {
+                geometry,
+                triangle: hit.prim_id,
+                shape: Shape::Triangle(corners),
+                u: hit.u,
+                v: hit.v,
+            };
         }
         Ok(())
     }

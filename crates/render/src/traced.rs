@@ -68,6 +68,6 @@ pub(crate) fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
 }
 
 pub(crate) fn surface_of(found: &ResolvedHit) -> Surface {
-    let &ResolvedHit { geometry, triangle, corners, u, v } = found;
-    Surface { geometry, triangle, corners, u, v }
+    let &ResolvedHit { geometry, triangle, shape, u, v } = found;
+    Surface { geometry, triangle, shape, u, v }
 }

@@ -1,7 +1,7 @@
 //! What the renderer needs of the traced scene: the seam between this crate and whoever answers rays.
 
 use glam::Vec3;
-use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
+use raystrips_geom::{Aabb, Hit, Ray, Shape, scene::SceneDesc};
 use raystrips_tracer::OpenError;
 
 /// A scene that can be traced. Called from many threads at once. Where not all of it is in memory, an answer can fail.
@@ -36,18 +36,18 @@ pub trait World: Sync {
     fn emitters(&self) -> &[Emitter];
 }
 
-/// The triangle that was hit.
+/// The triangle or segment that was hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Surface {
     /// Index into [`SceneDesc::geometries`].
     pub geometry: u32,
     /// Number of the triangle, for the use of the caller.
     pub triangle: u64,
-    /// Corners as wound in the mesh: counter-clockwise as seen from the front.
-    pub corners: [Vec3; 3],
-    /// Weight of the second corner at the point that was hit.
+    /// What it is.
+    pub shape: Shape,
+    /// Weight of the second corner at the point that was hit, or the share of the segment before that.
     pub u: f32,
-    /// Weight of the third corner.
+    /// Weight of the third corner; 0 on a segment.
     pub v: f32,
 }
 

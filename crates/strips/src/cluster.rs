@@ -62,7 +62,7 @@ impl Cluster {
     }
 }
 
-fn in_order(strips: Vec<Strip>, order: &[u32]) -> Vec<Strip> {
+pub(crate) fn in_order(strips: Vec<Strip>, order: &[u32]) -> Vec<Strip> {
     let mut slots: Vec<Option<Strip>> = strips.into_iter().map(Some).collect();
     let take = |&i: &u32| slots[i as usize].take().expect("an order names each strip once");
     order.iter().map(take).collect()

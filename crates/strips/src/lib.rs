@@ -6,17 +6,21 @@
 //!
 //! Unlike the paper, which cuts the mesh into chunks and takes whatever strips span them, strips are found
 //! first and the hierarchy goes on down to them, so a strip is never larger than the area it saves bytes for.
+//!
+//! [`build_strands`] does the same for hair ([`strands`]).
 
 pub mod bvh;
 pub mod cluster;
 pub mod collapse;
 pub mod groups;
 pub mod split_tree;
+pub mod strands;
 pub mod stripify;
 
 pub use bvh::Bvh;
 pub use cluster::Cluster;
 pub use collapse::Collapse;
+pub use strands::{StrandWindow, Strands, build_strands};
 pub use stripify::{Source, Strip};
 
 use glam::Vec3;
@@ -85,9 +89,14 @@ pub fn build(mesh: &Mesh, params: &StripParams, finished: &(dyn Fn(usize) + Sync
         finished(range.len());
         cluster
     };
-    let (clusters, trees): (Vec<Cluster>, Vec<Bvh>) = built.tree.leaves().par_iter().map(cluster).unzip();
+    let clusters = built.tree.leaves().par_iter().map(cluster).unzip();
+    tree_of_clusters(built.tree, clusters)
+}
+
+/// A hierarchy down to clusters, and those with their own, made one.
+fn tree_of_clusters(tree: Bvh, (clusters, trees): (Vec<Cluster>, Vec<Bvh>)) -> StripTree {
     let mut trees = trees.into_iter();
-    let tree = built.tree.graft(&mut |_, _| trees.next().expect("a tree for each cluster"));
+    let tree = tree.graft(&mut |_, _| trees.next().expect("a tree for each cluster"));
     let numbered =
         |(cluster, c): (usize, &Cluster)| (0..c.groups.len()).map(move |i| (cluster as u32, i as u32));
     let groups = clusters.iter().enumerate().flat_map(numbered).collect();

@@ -46,6 +46,8 @@ pub struct Strip {
     pub turns: Vec<u8>,
     /// Tree over the windows.
     pub splits: Vec<PlaneSplit>,
+    /// Codes of the radii of the points, if it is a window of a strand, and not of triangles.
+    pub radii: Vec<u8>,
     /// Geometry of all its triangles.
     pub geometry: u32,
     /// Where its triangles come from.
@@ -313,6 +315,7 @@ fn make_strip(mesh: &ClusterMesh, windows: &[Path]) -> Strip {
         bounds: bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)),
         refs,
         turns,
+        radii: Vec::new(),
     }
 }
 

@@ -20,6 +20,7 @@ mod prepared;
 mod rays;
 mod scene;
 mod simd;
+mod strand;
 mod stream;
 mod strip;
 mod walk;

@@ -147,9 +147,14 @@ impl PageReader<'_, '_> {
         self.read(Part::Lower, bytemuck::bytes_of(cluster.vertex_code()));
         let strip = self.view.strip(number);
         self.read(Part::Strips, strip.heads());
-        self.read(Part::Strips, strip.refs());
+        let strand = strip.strand().map(|strand| (strand.radii, strand.refs()));
+        let (stored, refs): (&[u8], &[u8]) = match &strand {
+            Some((radii, refs)) => (*radii, refs),
+            None => (strip.refs(), strip.refs()),
+        };
+        self.read(Part::Strips, stored);
         let stride = usize::from(cluster.vertex_code().stride);
-        for &vertex in strip.refs() {
+        for &vertex in refs {
             self.read(Part::Vertices, &cluster.vertex_bytes()[usize::from(vertex) * stride..][..stride]);
         }
     }

@@ -1,5 +1,6 @@
 //! What all tests of one ray share, computed once.
 
+use glam::DVec3;
 use raystrips_geom::Ray;
 
 /// A direction component is taken for at least this share of the largest when it is inverted for box tests. Over
@@ -54,5 +55,16 @@ impl PreparedRay {
             exact_shear,
             exact_inverse_z,
         }
+    }
+
+    /// Direction.
+    pub fn direction(&self) -> DVec3 {
+        let z = 1.0 / self.exact_inverse_z;
+        let mut dir = [0.0; 3];
+        for (axis, along) in self.axes.into_iter().zip([self.exact_shear[0] * z, self.exact_shear[1] * z, z])
+        {
+            dir[axis as usize % 3] = along;
+        }
+        DVec3::from_array(dir)
     }
 }

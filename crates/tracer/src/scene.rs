@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 use raystrips_geom::scene::SceneDesc;
-use raystrips_geom::{Aabb, Hit};
+use raystrips_geom::{Aabb, Hit, Shape};
 use raystrips_pack::{
-    Emitter, GeometryBounds, Manifest, Pack, PageId, PageView, ProxyKind, TopEntry, TopNode,
+    ClusterView, Emitter, GeometryBounds, Manifest, Pack, PageId, PageView, ProxyKind, StripView, TopEntry,
+    TopNode,
 };
 use raystrips_paging::{OpenError, PageTable};
 use std::path::Path;
@@ -19,13 +20,14 @@ pub struct Scene {
 pub struct ResolvedHit {
     /// Geometry: index into [`SceneDesc::geometries`].
     pub geometry: u32,
-    /// Number of the triangle in the input if the pack keeps ids, else in the pack.
+    /// Number of the triangle or segment in the input if the pack keeps ids, else in the pack.
     pub triangle: u64,
-    /// Corners, wound as in the input; if the pack keeps ids, also beginning with the input's first.
-    pub corners: [Vec3; 3],
-    /// Weight of the second corner.
+    /// The triangle, wound as in the input; if the pack keeps ids, also beginning with the input's first corner. Or the
+    /// segment of a strand.
+    pub shape: Shape,
+    /// Weight of the second corner, or the share of the segment before the hit.
     pub u: f32,
-    /// Weight of the third corner.
+    /// Weight of the third corner; 0 on a segment.
     pub v: f32,
 }
 
@@ -128,15 +130,17 @@ impl Scene {
         locate_in(&self.pages.page(page_of(hit)), hit)
     }
 
-    /// Every triangle of the pack, in its order: geometry and corners.
+    /// Every triangle of the pack, in its order: geometry and corners. Strands are left out.
     pub fn triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> {
         let pages = (0..self.pages.pack().directory.len()).map(|id| self.pages.page(id as PageId));
         pages.flat_map(|page| (0..page.cluster_count()).map(move |c| page.cluster(c))).flat_map(|cluster| {
-            let triangles =
-                cluster.strips().flat_map(|s| (0..s.triangle_count()).map(move |i| s.triangle(i)));
-            triangles
-                .enumerate()
-                .map(move |(i, corners)| (cluster.geometry(i), corners.map(|v| cluster.vertex(v))))
+            let strips = cluster.strips();
+            let shapes =
+                strips.flat_map(move |s| (0..s.primitive_count()).map(move |i| shape(&cluster, &s, i)));
+            shapes.enumerate().filter_map(move |(i, shape)| match shape {
+                Shape::Triangle(corners) => Some((cluster.geometry(i), corners)),
+                Shape::Segment(_) => None,
+            })
         })
     }
 
@@ -186,19 +190,28 @@ pub fn locate_in(page: &PageView, hit: &Hit) -> ResolvedHit {
     ResolvedHit {
         geometry: cluster.geometry(index),
         triangle: cluster.first_triangle() + index as u64,
-        corners: page.strip(strip).triangle(triangle).map(|v| cluster.vertex(v)),
+        shape: shape(&cluster, &page.strip(strip), triangle),
         u: hit.u,
         v: hit.v,
     }
 }
 
+/// Triangle or segment `i` of a strip of the cluster.
+fn shape(cluster: &ClusterView, strip: &StripView, i: usize) -> Shape {
+    match strip.strand() {
+        Some(strand) => Shape::Segment(cluster.segment(&strand, i)),
+        None => Shape::Triangle(strip.triangle(i).map(|v| cluster.vertex(v))),
+    }
+}
+
 /// The same hit told by the input's corners, of which number `first_corner` is first in `hit`.
 fn rotate(hit: ResolvedHit, first_corner: u8) -> ResolvedHit {
+    let Shape::Triangle(corners) = hit.shape else { return hit };
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     // Corner k of the input is corner (k - first_corner) mod 3 here.
     let here = |k: usize| (k + 3 - usize::from(first_corner)) % 3;
     ResolvedHit {
-        corners: [0, 1, 2].map(|k| hit.corners[here(k)]),
+        shape: Shape::Triangle([0, 1, 2].map(|k| corners[here(k)])),
         u: weights[here(1)],
         v: weights[here(2)],
         ..hit

@@ -15,7 +15,7 @@ use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed};
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::layout::{MAX_DEPTH, TopNode, WIDTH, WideNode};
 use raystrips_pack::strip_record::WINDOW_RECORD_BYTES;
-use raystrips_pack::{PageId, PageView, WindowHead};
+use raystrips_pack::{PageId, PageView, StrandView, WindowHead};
 
 /// What a walk does next: the three highest bits of what waits, its *link*. The bits below say where.
 pub(crate) struct Step;
@@ -329,7 +329,9 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn prefetch_vertices<S: Simd>(&self, s: S) {
         let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
-        if let Some([_, refs @ ..]) = self.page.window_record((self.link & 0xFFFF) as usize) {
+        if let Some([head, refs @ ..]) = self.page.window_record((self.link & 0xFFFF) as usize) {
+            let strand = StrandView::of(WindowHead(*head), refs).map(|strand| strand.refs());
+            let refs = strand.as_ref().unwrap_or(refs);
             s.prefetch_vertices(cluster.vertex_bytes(), cluster.vertex_code(), refs);
         }
     }
@@ -370,7 +372,8 @@ impl<const ANY: bool> StripHits for Best<ANY> {
     fn hit(&mut self, head: WindowHead, reversed: bool, window: usize, found: WindowHit) {
         let prim_id = self.locator.with_triangle(window * WINDOW_TRIANGLES + found.triangle).0;
         if found.t < self.hit.t || (found.t == self.hit.t && prim_id < self.hit.prim_id) {
-            let reversed = reversed != strip_is_reversed(&[head.turns()], found.triangle);
+            let reversed =
+                !head.is_strand() && reversed != strip_is_reversed(&[head.turns()], found.triangle);
             let (u, v) = if reversed { (found.v, found.u) } else { (found.u, found.v) };
             self.hit = Hit { t: found.t, u, v, prim_id };
             self.greatest_key = greatest_key(found.t);

@@ -1,4 +1,4 @@
-//! A ray against one window of a strip: up to six triangles over eight vertices.
+//! A ray against one window of a strip: up to six triangles over eight vertices, or as many segments of a [`strand`].
 //!
 //! Whether a triangle is met is decided as by Woop, Benthin and Wald (JCGT 2013), with edge functions shared
 //! along the strip: for *n* triangles 2 *n* + 1 of them instead of 3 *n*. Vertices are sheared so that the ray is
@@ -15,14 +15,18 @@
 
 use crate::prepared::PreparedRay;
 use crate::simd::{LANES, Simd, Words};
+use crate::strand;
+use glam::Vec3;
+use raystrips_geom::Segment;
 use raystrips_geom::strip::WINDOW_TRIANGLES;
-use raystrips_pack::{ClusterView, WindowHead};
+use raystrips_pack::{ClusterView, StrandView, WindowHead};
 
-/// A triangle of a window that the ray meets.
+/// A triangle or segment of a window that the ray meets.
 pub(crate) struct WindowHit {
     pub triangle: usize,
     pub t: f32,
-    /// Weights of the second and third corner, corners taken as pivot, k + 1, k + 2.
+    /// Weights of the second and third corner, corners taken as pivot, k + 1, k + 2. Of a segment, what share of it lies
+    /// before the hit, and zero.
     pub u: f32,
     pub v: f32,
 }
@@ -40,6 +44,8 @@ pub(crate) struct Candidates {
     /// Sheared vertices.
     x: [f32; LANES],
     y: [f32; LANES],
+    /// Radii of the points of a strand.
+    radii: [f32; LANES],
 }
 
 impl Candidates {
@@ -50,6 +56,7 @@ impl Candidates {
         vertices: [[0.0; LANES]; 4],
         x: [0.0; LANES],
         y: [0.0; LANES],
+        radii: [0.0; LANES],
     };
 
     /// Those of a window. Of fewer than eight vertices the last one is repeated. No branch depends on what is found.
@@ -66,10 +73,15 @@ impl Candidates {
         self.test(s, ray);
     }
 
-    /// Takes in the vertices of a window.
+    /// Takes in the vertices of a window, and the radii of a strand.
     #[inline(always)]
     pub fn decode<S: Simd>(&mut self, s: S, head: WindowHead, refs: &[u8; LANES], cluster: &ClusterView) {
-        let [x, y, z] = s.decode(cluster.vertex_bytes(), cluster.vertex_code(), refs);
+        let mut refs = *refs;
+        if let Some(strand) = StrandView::of(head, &refs) {
+            self.radii = strand::radii(&strand, cluster.radius_code());
+            refs = strand.refs();
+        }
+        let [x, y, z] = s.decode(cluster.vertex_bytes(), cluster.vertex_code(), &refs);
         (self.vertices[0], self.vertices[1], self.vertices[2]) = (s.store(x), s.store(y), s.store(z));
         self.head = head;
     }
@@ -84,6 +96,10 @@ impl Candidates {
         let z = along(2);
         let x = s.sub(along(0), s.mul(s.splat(ray.shear[0]), z));
         let y = s.sub(along(1), s.mul(s.splat(ray.shear[1]), z));
+        if self.head.is_strand() {
+            self.mask = strand::near_segments(s, [x, y, z], &self.radii) & ((1 << self.head.segments()) - 1);
+            return;
+        }
         (self.x, self.y) = (s.store(x), s.store(y));
 
         let turns = turns_of(self.head);
@@ -104,9 +120,16 @@ impl Candidates {
         self.on_edge = self.mask & (s.eq(a, zero) | s.eq(b, zero) | s.eq(c, zero));
     }
 
-    /// Calls `found` for every triangle that the ray meets with `tnear <= t <= tfar`, `t` finite.
+    /// Calls `found` for every triangle or segment that the ray meets with `tnear <= t <= tfar`, `t` finite.
     #[inline(always)]
     pub fn meet<S: Simd>(&self, s: S, ray: &PreparedRay, mut found: impl FnMut(WindowHit)) {
+        if self.head.is_strand() {
+            return lanes_of(self.mask).for_each(|k| {
+                if let Some((t, u)) = strand::meet(ray, &self.segment(k)) {
+                    found(WindowHit { triangle: k, t, u, v: 0.0 });
+                }
+            });
+        }
         let pivots = &turns_of(self.head).pivot.0;
         for k in lanes_of(self.mask) {
             let three = [pivots[k] as usize % LANES, (k + 1) % LANES, (k + 2) % LANES];
@@ -121,6 +144,18 @@ impl Candidates {
             if let Some((t, u, v)) = meet(s, ray, [along(0), along(1), along(2)]) {
                 found(WindowHit { triangle: k, t, u, v });
             }
+        }
+    }
+}
+
+impl Candidates {
+    /// Segment `k` of a strand.
+    #[inline(always)]
+    fn segment(&self, k: usize) -> Segment {
+        let point = |k: usize| Vec3::from_array([0, 1, 2].map(|axis| self.vertices[axis][k % LANES]));
+        Segment {
+            ends: [point(k), point(k + 1)],
+            radii: [self.radii[k % LANES], self.radii[(k + 1) % LANES]],
         }
     }
 }
@@ -203,7 +238,7 @@ fn nearest_on_border(x: &[f64; 4], y: &[f64; 4]) -> [f64; 3] {
 }
 
 /// Lane *k* takes from lane *k* + 1.
-const NEXT: Words = Words([1, 2, 3, 4, 5, 6, 7, 7]);
+pub(crate) const NEXT: Words = Words([1, 2, 3, 4, 5, 6, 7, 7]);
 /// Lane *k* takes from lane *k* + 2.
 const SECOND_NEXT: Words = Words([2, 3, 4, 5, 6, 7, 7, 7]);
 /// Lane *k* takes from lane *k* - 1.

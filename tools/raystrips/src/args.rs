@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
 ///
-/// Models (OBJ, glTF, PLY) and scenes (scene.toml) are converted to packs of Ray-Strips, some 9 bytes a
+/// Models (OBJ, glTF, PLY, hair) and scenes (scene.toml) are converted to packs of Ray-Strips, some 9 bytes a
 /// triangle, which are then rendered or queried.
 #[derive(Parser, Debug)]
 #[command(name = "raystrips", version, max_term_width = 100)]
@@ -95,6 +95,11 @@ pub struct SourceOptions {
     #[arg(long)]
     pub drop_out_of_range: bool,
 
+    /// Width of lines (OBJ, glTF) and of hair, in units of the file: makes strands of lines, which are left out
+    /// otherwise.
+    #[arg(long, value_name = "WIDTH", value_parser = parse_width)]
+    pub strand_width: Option<f64>,
+
     /// Memory to keep to, like 512M or 4G; by default half of what is free.
     ///
     /// It bounds the whole process. What does not fit goes to scratch files. The result is the same.
@@ -114,7 +119,11 @@ impl SourceOptions {
     /// Parameters with these and all others as they are by default.
     pub fn params(&self) -> ConvertParams {
         ConvertParams {
-            import: ImportOptions { drop_out_of_range: self.drop_out_of_range, ..ImportOptions::default() },
+            import: ImportOptions {
+                drop_out_of_range: self.drop_out_of_range,
+                strand_width: self.strand_width,
+                ..ImportOptions::default()
+            },
             memory: self.memory,
             scratch: self.scratch.clone(),
             restart: self.restart,
@@ -126,7 +135,7 @@ impl SourceOptions {
 /// Flags of `convert`.
 #[derive(Args, Debug)]
 pub struct ConvertArgs {
-    /// Models (.obj, .gltf, .glb, .ply), all placed at the origin, or one scene (.toml).
+    /// Models (.obj, .gltf, .glb, .ply, .hair), all placed at the origin, or one scene (.toml).
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
 
@@ -227,11 +236,11 @@ pub enum ReorderName {
 /// Flags of `proxy`.
 #[derive(Args, Debug)]
 pub struct ProxyArgs {
-    /// Models (.obj, .gltf, .glb, .ply), all placed at the origin, or one scene (.toml).
+    /// Models (.obj, .gltf, .glb, .ply, .hair), all placed at the origin, or one scene (.toml).
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
 
-    /// The mesh to write: .ply, .obj or .glb.
+    /// The mesh to write: .ply, .obj or .glb; strands of hair as .hair or .obj.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -458,6 +467,11 @@ fn parse_page_size(text: &str) -> Result<u32, String> {
 fn parse_ratio(text: &str) -> Result<f64, String> {
     let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
     ratio.ok_or_else(|| format!("'{text}' is not a share between 0 and 1"))
+}
+
+fn parse_width(text: &str) -> Result<f64, String> {
+    let width = text.parse().ok().filter(|&width: &f64| width > 0.0 && width.is_finite());
+    width.ok_or_else(|| format!("'{text}' is not a width above 0"))
 }
 
 fn parse_picture_size(text: &str) -> Result<(u32, u32), String> {

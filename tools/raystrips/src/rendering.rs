@@ -41,11 +41,11 @@ impl Pages {
             bytes_read: scene.page_bytes(),
             ..PoolCounts::default()
         };
-        Pages { counts, triangles: scene.manifest().triangles, ordering }
+        Pages { counts, triangles: scene.manifest().primitives, ordering }
     }
 
     fn of_pool(pool: &PagePool, ordering: &'static str) -> Pages {
-        Pages { counts: pool.counts(), triangles: pool.pack().manifest.triangles, ordering }
+        Pages { counts: pool.counts(), triangles: pool.pack().manifest.primitives, ordering }
     }
 }
 

@@ -76,7 +76,7 @@ fn prepare(programs: &Programs, model: &Path, scratch: &Path) -> Result<(Files, 
     )?;
     programs::output(Command::new(&programs.make_rays).arg(model).arg(scratch))?;
     write_blocks(scratch)?;
-    Ok((files, report.manifest.triangles, report.manifest.bytes_per_triangle()))
+    Ok((files, report.manifest.triangles(), report.manifest.bytes_per_triangle()))
 }
 
 /// Writes the camera rays, those of a square picture, once more in the order of blocks.

@@ -86,7 +86,7 @@ impl Expected {
 fn check_all(obj: &str) {
     let scene = open(obj);
     let mesh = Mesh::of_scene(&scene);
-    assert_eq!(mesh.triangles.len() as u64, scene.manifest().triangles);
+    assert_eq!(mesh.triangles.len() as u64, scene.manifest().triangles());
     let expected = Expected::new(&scene);
     for leaf_size in [1, 4] {
         expected.check("minimal", &PlainBvh::<Minimal>::build(&mesh, leaf_size));

@@ -145,7 +145,7 @@ mod tests {
                 &Unobserved,
             )
             .unwrap();
-            assert!((report.manifest.triangles as f64 / count - 1.0).abs() < 0.02, "{line}");
+            assert!((report.manifest.triangles() as f64 / count - 1.0).abs() < 0.02, "{line}");
             assert!(report.warnings.is_empty(), "{line}: {:?}", report.warnings);
         }
     }
@@ -167,7 +167,7 @@ mod tests {
             &Unobserved,
         )
         .unwrap();
-        assert!((report.manifest.triangles as f64 / 6e4 - 1.0).abs() < 0.02);
+        assert!((report.manifest.triangles() as f64 / 6e4 - 1.0).abs() < 0.02);
         let few = line.replace("60K", "5K");
         let arguments: Vec<String> = few.split_whitespace().chain(["-o", "."]).map(str::to_owned).collect();
         assert!(task(Path::new(""), &arguments).unwrap_err().to_string().contains("7680 triangles"));

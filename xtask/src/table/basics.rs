@@ -37,19 +37,19 @@ fn row(model: &Path, max_windows: usize, pack: &Path) -> Result<()> {
     let (report, seconds) = fastest_conversion(model, pack, &params)?;
     let scene = Scene::open(pack)?;
     let manifest = &report.manifest;
-    let per_triangle = |n: u64| n as f64 / manifest.triangles as f64;
+    let per_triangle = |n: u64| n as f64 / manifest.triangles() as f64;
     let bytes = &manifest.bytes;
     print!(
         "| {} | {} | {max_windows} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
         model.file_stem().unwrap_or_default().display(),
-        manifest.triangles,
+        manifest.triangles(),
         manifest.bytes_per_triangle(),
         per_triangle(bytes.vertices),
         per_triangle(bytes.indices),
         per_triangle(bytes.strip_trees),
         per_triangle(bytes.nodes),
         per_triangle(bytes.page_overhead),
-        manifest.triangles as f64 / seconds / 1e6,
+        manifest.triangles() as f64 / seconds / 1e6,
     );
     for rays in ray_sets(&scene) {
         print!(" {:.2} |", million_rays_per_second(&scene, &rays));

@@ -53,7 +53,7 @@ fn rows(model: &Model) {
     row(model, TUNED_RAY_STRIPS, &of_strips(tuned_strips));
     row(model, "multi-BVH", &of_nodes(multi.node_count(), multi));
     let manifest = &model.report.manifest;
-    let (strips, triangles) = (Some(manifest.strips), Some(manifest.triangles));
+    let (strips, triangles) = (Some(manifest.strips), Some(manifest.triangles()));
     let bytes = our_bytes(model).hierarchy;
     row(model, OURS, &Row { strips, places: triangles, bytes, ..Row::default() });
 }

@@ -9,15 +9,17 @@ use super::allotment::{Allotment, Goal};
 use super::locks::Locks;
 use super::method::{Preparation, SimplifyMethod};
 use super::piece::{Reading, Simplified};
+use crate::block::Block;
 use crate::blocks::{Blocks, lost_triangles};
 use crate::distribute::{self, Pieces};
 use crate::mesh::Welded;
 use crate::partition::{self, Division, PIECE_TRIANGLES};
 use crate::positions::ToPack;
 use crate::queue::in_order;
+use crate::strands::StrandThinning;
 use crate::{ConvertError, Observer, Stage};
-use raystrips_extmem::{MemoryBudget, Spool};
-use raystrips_geom::Aabb;
+use raystrips_extmem::{Extent, MemoryBudget, Spool};
+use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_simplify::StoredQuadric;
 use raystrips_strips::Mesh;
 use std::path::Path;
@@ -117,7 +119,7 @@ impl Levels<'_> {
 
     /// Divides what `blocks` hold into pieces by planes that have this part of the triangles on one side.
     fn regroup(&self, blocks: &Blocks, part: f64) -> Result<Pieces, ConvertError> {
-        let to_pack = ToPack::identity();
+        let to_pack = ToPack::identity(RadiusCode::default());
         let quiet = self.quiet();
         let bytes = blocks.spool.length() / blocks.triangles.max(1);
         let most = (PIECE_TRIANGLES * USUAL_BYTES / bytes.max(1)).min(PIECE_TRIANGLES);
@@ -140,14 +142,7 @@ impl Levels<'_> {
 
     /// Simplifies all of `pieces`.
     pub fn simplify(&self, pieces: &Pieces, level: &Level) -> Result<Blocks, ConvertError> {
-        let mut blocks = Blocks {
-            spool: Spool::unnamed(self.folder, self.budget),
-            chunks: Vec::new(),
-            triangles: 0,
-            at_a_time: self.batches_at_a_time,
-            is_consumed: false,
-            keeps_flat: true,
-        };
+        let mut blocks = self.no_blocks();
         let (done, total) = (AtomicU64::new(0), pieces.triangles());
         let work = |number: usize| {
             let triangles = pieces.sources[number].triangles;
@@ -159,12 +154,62 @@ impl Levels<'_> {
         };
         let count = pieces.sources.len();
         in_order(0..count, self.pieces_at_a_time, self.observer, &work, &mut |_, simplified| {
-            let Simplified { bytes, triangles } = simplified;
-            blocks.chunks.push(blocks.spool.append(bytes).map_err(ConvertError::Scratch)?);
-            blocks.triangles += triangles;
-            Ok(())
+            blocks.add(simplified)
         })?;
-        Ok(blocks)
+        Ok(blocks.finish())
+    }
+
+    /// Thins the strands of `blocks`, which were thinned by `before`.
+    pub fn thin_strands(
+        &self,
+        blocks: &Blocks,
+        thinning: StrandThinning,
+        before: StrandThinning,
+    ) -> Result<Blocks, ConvertError> {
+        let mut thinned = self.no_blocks();
+        let work = |block: Block| {
+            let mut simplified = Simplified::default();
+            simplified.add_strands(&block, thinning, before);
+            simplified
+        };
+        blocks.for_each(Stage::Simplify, &self.quiet(), work, |simplified| thinned.add(simplified))?;
+        Ok(thinned.finish())
+    }
+
+    fn no_blocks(&self) -> NewBlocks {
+        NewBlocks {
+            spool: Spool::unnamed(self.folder, self.budget),
+            chunks: Vec::new(),
+            triangles: 0,
+            at_a_time: self.batches_at_a_time,
+        }
+    }
+}
+
+/// Blocks on their way to a spool.
+struct NewBlocks {
+    spool: Spool,
+    chunks: Vec<Extent>,
+    triangles: u64,
+    at_a_time: usize,
+}
+
+impl NewBlocks {
+    fn add(&mut self, Simplified { bytes, triangles }: Simplified) -> Result<(), ConvertError> {
+        self.chunks.push(self.spool.append(bytes).map_err(ConvertError::Scratch)?);
+        self.triangles += triangles;
+        Ok(())
+    }
+
+    fn finish(self) -> Blocks {
+        Blocks {
+            spool: self.spool.into(),
+            chunks: self.chunks,
+            triangles: self.triangles,
+            at_a_time: self.at_a_time,
+            is_consumed: false,
+            keeps_flat: true,
+        }
     }
 }
 

@@ -11,19 +11,22 @@ mod piece;
 pub(crate) use levels::{Level, Levels};
 pub use method::SimplifyMethod;
 pub use packed::PackProxies;
-pub(crate) use packed::{PackedProxy, wants_proxies};
+pub(crate) use packed::{FirstLevel, PackedProxy, ProxyGoal};
 pub(crate) use piece::Simplified;
 
+use crate::block::Block;
+use crate::distribute::Pieces;
 use crate::import::Imported;
 use crate::job::{Found, Job};
-use crate::mesh::Welded;
 use crate::report::Clock;
+use crate::strands::{SortedStrands, StrandThinning};
 use crate::{Conversion, ConvertError, ConvertParams, Observer, Plan, offset};
 use glam::Vec3;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_simplify::Distances;
+use raystrips_strips::Mesh;
 use std::path::{Path, PathBuf};
 
 /// Memory that a triangle of a proxy takes while all of them are made one mesh.
@@ -71,6 +74,9 @@ impl ProxyParams {
     }
 }
 
+/// Geometry of a strand, and its points with their radii.
+pub type Strand = (u32, Vec<(Vec3, f32)>);
+
 /// A simplified mesh.
 #[derive(Clone, Debug)]
 pub struct Proxy {
@@ -80,12 +86,16 @@ pub struct Proxy {
     pub triangles: Vec<[u32; 3]>,
     /// Geometry of each triangle.
     pub geometries: Vec<u32>,
+    /// Strands that were left, and made thicker.
+    pub strands: Vec<Strand>,
     /// Geometries and materials.
     pub scene: SceneDesc,
     /// What to add to all positions.
     pub offset: [f64; 3],
     /// Triangles of the input that have an area.
     pub input_triangles: u64,
+    /// Segments of strands of the input.
+    pub input_segments: u64,
     /// Pieces that the input was divided into.
     pub pieces: usize,
     /// Diagonal of the input's box.
@@ -133,28 +143,54 @@ impl Conversion<'_> {
 
     fn simplify(&self, job: &mut Job, mut found: Found, params: &ProxyParams) -> Result<Proxy, ConvertError> {
         let budget = self.budget();
-        let (imported, pieces) = self.gather(job, &mut found, budget.as_ref(), &mut Clock::new())?;
-        let wanted = params.size.triangles(pieces.triangles());
-        let levels = self.levels(job, budget.as_ref(), pieces.tree.bounds());
-        let first = levels.first(&pieces, params.method, wanted)?;
-        let blocks = levels.reduce(levels.simplify(&pieces, &first)?, wanted)?;
-        let Welded { mesh, .. } = blocks.weld()?;
-        let distances = match params.measured_points {
-            0 => None,
-            points => Some(distances::between(&pieces, &mesh, points, self.observer)?),
+        let (imported, gathered) = self.gather(job, &mut found, budget.as_ref(), &mut Clock::new())?;
+        let primitives = gathered.primitives();
+        let kept = params.size.triangles(primitives) as f64 / primitives.max(1) as f64;
+        let mut mesh = Mesh::default();
+        let mut distances = None;
+        if let Some(pieces) = &gathered.triangles {
+            let wanted = ((pieces.triangles() as f64 * kept).round() as u64).max(1);
+            let levels = self.levels(job, budget.as_ref(), pieces.tree.bounds());
+            let first = levels.first(pieces, params.method, wanted)?;
+            let blocks = levels.reduce(levels.simplify(pieces, &first)?, wanted)?;
+            mesh = blocks.weld()?.mesh;
+            if params.measured_points > 0 {
+                distances = Some(distances::between(pieces, &mesh, params.measured_points, self.observer)?);
+            }
+        }
+        let strands = match &gathered.strands {
+            Some(pieces) => thinned_strands(pieces, StrandThinning::new(kept))?,
+            None => Vec::new(),
         };
         let Imported { scene, warnings, bounds, .. } = imported;
         Ok(Proxy {
             positions: mesh.positions,
             triangles: mesh.triangles,
             geometries: mesh.geometries,
+            strands,
             scene,
             offset: offset::placement(&bounds).offset,
-            input_triangles: pieces.triangles(),
-            pieces: pieces.sources.len(),
-            diagonal: f64::from(pieces.tree.bounds().diagonal()),
+            input_triangles: gathered.triangles.as_ref().map_or(0, Pieces::triangles),
+            input_segments: gathered.strands.as_ref().map_or(0, Pieces::primitives),
+            pieces: gathered.piece_count(),
+            diagonal: f64::from(gathered.bounds().diagonal()),
             distances,
             warnings,
         })
     }
+}
+
+/// The strands of `pieces` that stay, in the order of the input.
+fn thinned_strands(pieces: &Pieces, thinning: StrandThinning) -> Result<Vec<Strand>, ConvertError> {
+    let mut sorted = SortedStrands::default();
+    for number in 0..pieces.sources.len() {
+        pieces.for_each_part(number, |bytes| {
+            Block::all(bytes).try_for_each(|block| {
+                let block = block?;
+                let selected = thinning.apply(&block, StrandThinning::default());
+                sorted.add(&selected.block(block.geometry(), block.first_id()))
+            })
+        })?;
+    }
+    Ok(sorted.finish())
 }

@@ -3,9 +3,10 @@
 use super::locks::Locks;
 use super::method::{Preparation, to_piece};
 use crate::ConvertError;
-use crate::block::{self, Contents};
+use crate::block::{self, Block, Contents};
 use crate::distribute::Pieces;
 use crate::mesh::Welded;
+use crate::strands::StrandThinning;
 use glam::Vec3;
 use raystrips_simplify::{CostCurve, Piece, StoredQuadric, Target, simplify};
 use raystrips_strips::Mesh;
@@ -16,9 +17,21 @@ const BLOCK_POSITIONS: usize = 1 << 16;
 /// A simplified piece.
 #[derive(Default)]
 pub(crate) struct Simplified {
-    /// Blocks with quadrics.
+    /// Blocks, those of triangles with quadrics.
     pub bytes: Vec<u8>,
+    /// Triangles, or windows of strands.
     pub triangles: u64,
+}
+
+impl Simplified {
+    /// Adds the strands of a block that stay, which were thinned by `before`.
+    pub fn add_strands(&mut self, block: &Block, thinning: StrandThinning, before: StrandThinning) {
+        let selected = thinning.apply(block, before);
+        if selected.windows() > 0 {
+            self.bytes.extend(selected.block(block.geometry(), block.first_id()));
+            self.triangles += selected.windows();
+        }
+    }
 }
 
 /// How the pieces of a level are read and which of their vertices stay.

@@ -1,6 +1,7 @@
-//! Writes a mesh as PLY, OBJ or GLB.
+//! Writes a mesh as PLY, OBJ or GLB, and strands as OBJ or hair.
 
 mod glb;
+mod hair;
 mod obj;
 mod ply;
 
@@ -19,6 +20,8 @@ pub struct ExportMesh<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Geometry of each triangle.
     pub geometries: &'a [u32],
+    /// Geometry of each strand, and its points with their radii.
+    pub strands: &'a [(u32, Vec<(Vec3, f32)>)],
     /// What to add to all positions.
     pub offset: [f64; 3],
     /// Names and materials of the geometries.
@@ -30,19 +33,32 @@ pub struct ExportMesh<'a> {
 pub enum ExportFormat {
     /// Binary, little-endian; positions are f64 if there is an offset. All geometries in one.
     Ply,
-    /// With the names of materials, but no library of them.
+    /// With the names of materials, but no library of them; strands are lines without a width.
     Obj,
     /// With a primitive and a material for each geometry.
     Glb,
+    /// Strands alone, with the color of the first one.
+    Hair,
 }
 
 impl ExportFormat {
+    /// Whether strands can be written.
+    pub fn has_strands(self) -> bool {
+        matches!(self, ExportFormat::Obj | ExportFormat::Hair)
+    }
+
+    /// Whether triangles can be written.
+    pub fn has_triangles(self) -> bool {
+        self != ExportFormat::Hair
+    }
+
     /// The format that the ending of a file's name tells.
     pub fn of(path: &Path) -> Option<ExportFormat> {
         match ending(path).as_str() {
             "ply" => Some(ExportFormat::Ply),
             "obj" => Some(ExportFormat::Obj),
             "glb" => Some(ExportFormat::Glb),
+            "hair" => Some(ExportFormat::Hair),
             _ => None,
         }
     }
@@ -54,6 +70,7 @@ pub fn export(mesh: &ExportMesh, format: ExportFormat, out: &mut dyn Write) -> i
         ExportFormat::Ply => ply::write(mesh, out),
         ExportFormat::Obj => obj::write(mesh, out),
         ExportFormat::Glb => glb::write(mesh, out),
+        ExportFormat::Hair => hair::write(mesh, out),
     }
 }
 
@@ -107,6 +124,7 @@ mod tests {
                 positions: &positions,
                 triangles: &triangles,
                 geometries: &geometries,
+                strands: &[],
                 offset,
                 scene: &scene,
             };
@@ -129,6 +147,42 @@ mod tests {
                     let names: Vec<&str> = import.scene.materials.iter().map(|m| m.name.as_str()).collect();
                     assert!(names.contains(&"red") && names.contains(&"green \"1\""), "{name}: {names:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn strands_are_read_again() {
+        let scene = SceneDesc {
+            geometries: vec![Geometry::default()],
+            materials: vec![Material { base_color: [0.5, 0.25, 1.0], alpha: 0.5, ..Material::default() }],
+            ..SceneDesc::default()
+        };
+        let strand = |count: u32| (0..count).map(|i| (Vec3::splat(i as f32), 0.5)).collect::<Vec<_>>();
+        let strands = [(0, strand(3)), (0, strand(70_000)), (0, strand(2))];
+        let mesh = ExportMesh {
+            positions: &[],
+            triangles: &[],
+            geometries: &[],
+            strands: &strands,
+            offset: [1.0, 2.0, 3.0],
+            scene: &scene,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.hair", "a.obj"] {
+            let path = folder.path().join(name);
+            let mut bytes = Vec::new();
+            export(&mesh, ExportFormat::of(&path).unwrap(), &mut bytes).unwrap();
+            std::fs::write(&path, bytes).unwrap();
+            let mut sink = Collect::default();
+            let options = ImportOptions { strand_width: Some(1.0), ..ImportOptions::default() };
+            let done = import(&[path], &options, &mut sink).unwrap();
+            assert_eq!(done.report.segments, 2 + 69_999 + 1, "{name}");
+            assert_eq!(sink.1[0].positions[..3], [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [3.0, 4.0, 5.0]]);
+            assert_eq!(sink.1[0].radii[0], 0.5);
+            if name == "a.hair" {
+                let material = &done.scene.materials[0];
+                assert_eq!((material.base_color, material.alpha), ([0.5, 0.25, 1.0], 0.5));
             }
         }
     }

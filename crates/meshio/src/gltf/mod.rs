@@ -34,7 +34,8 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let buffers = Buffers::new(path, &document, &map, container.binary, out.options.kept_bytes);
     let scene = nodes::walk(path, &document, out)?;
 
-    let mut primitives = Primitives::new(path, &document, &buffers, Materials::new(path, &document));
+    let materials = Materials::new(path, &document);
+    let mut primitives = Primitives::new(path, &document, &buffers, materials, out.strand_width());
     let count = scene.meshes.len();
     for (i, node) in scene.meshes.iter().enumerate() {
         out.set_transform(node.file_from_local)?;
@@ -43,7 +44,7 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     }
     primitives.finish(out);
     buffers.files().for_each(|file| out.note_file(file));
-    Ok(format!("its scene has {count} meshes, of which none holds a triangle"))
+    Ok(format!("its scene has {count} meshes, of which none holds a triangle or a line of known width"))
 }
 
 fn syntax(path: &Path, at: impl fmt::Display, what: impl fmt::Display) -> ImportError {

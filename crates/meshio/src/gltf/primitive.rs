@@ -13,6 +13,9 @@ use gltf::json::validation::Checked;
 use std::collections::HashMap;
 use std::path::Path;
 
+/// Points that a strand has at most before it is cut.
+const STRAND_POINTS: usize = 1 << 16;
+
 /// Makes triangles of the meshes of a document.
 pub(super) struct Primitives<'a> {
     path: &'a Path,
@@ -21,7 +24,11 @@ pub(super) struct Primitives<'a> {
     materials: Materials<'a>,
     /// By mesh and primitive.
     geometries: HashMap<(usize, usize), u32>,
-    lines_and_points: u64,
+    points: u64,
+    /// Primitives of lines that are left out because nobody says how wide they are.
+    thin_lines: u64,
+    /// How wide lines are.
+    strand_width: Option<f64>,
     without_positions: u64,
     incomplete: u64,
     morphed: bool,
@@ -45,10 +52,22 @@ struct Corners<'a> {
 }
 
 impl Corners<'_> {
-    fn triangle_count(&self) -> u64 {
+    /// Triangles, or segments of lines.
+    fn primitive_count(&self) -> u64 {
         match self.mode {
             Mode::Triangles => self.count / 3,
+            Mode::Lines => self.count / 2,
+            Mode::LineStrip => self.count.saturating_sub(1),
+            Mode::LineLoop => self.count,
             _ => self.count.saturating_sub(2),
+        }
+    }
+
+    /// Vertex number `i` of a line.
+    fn vertex(&self, i: u64) -> u32 {
+        match &self.indices {
+            Some(indices) => indices.index(i),
+            None => i as u32,
         }
     }
 
@@ -74,6 +93,7 @@ impl<'a> Primitives<'a> {
         document: &'a Document,
         buffers: &'a Buffers<'a>,
         materials: Materials<'a>,
+        strand_width: Option<f64>,
     ) -> Primitives<'a> {
         Primitives {
             path,
@@ -81,20 +101,27 @@ impl<'a> Primitives<'a> {
             buffers,
             materials,
             geometries: HashMap::new(),
-            lines_and_points: 0,
+            points: 0,
+            thin_lines: 0,
+            strand_width,
             without_positions: 0,
             incomplete: 0,
             morphed: false,
         }
     }
 
-    /// Adds all triangles of a mesh, which must exist.
+    /// Adds all triangles and strands of a mesh, which must exist.
     pub fn add_mesh(&mut self, mesh: usize, out: &mut Emitter) -> Result<()> {
         for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
             let at = format!("meshes[{mesh}].primitives[{i}]");
             if let Some((positions, corners)) = self.open(primitive, &at)? {
                 let geometry = self.geometry(mesh, i, primitive, out);
-                self.add_triangles(geometry, &positions, &corners, &at, out)?;
+                match corners.mode {
+                    Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
+                        self.add_strands(geometry, &positions, &corners, &at, out)?;
+                    }
+                    _ => self.add_triangles(geometry, &positions, &corners, &at, out)?,
+                }
             }
         }
         Ok(())
@@ -106,7 +133,7 @@ impl<'a> Primitives<'a> {
         for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
             let opened = self.open(primitive, &format!("meshes[{mesh}].primitives[{i}]"))?;
             if let Some((positions, corners)) = opened {
-                counts.triangles = counts.triangles.saturating_add(corners.triangle_count());
+                counts.triangles = counts.triangles.saturating_add(corners.primitive_count());
                 counts.vertices = counts.vertices.saturating_add(Vertices::count(&positions));
                 counts.has_strips |= corners.mode == Mode::TriangleStrip;
             }
@@ -120,9 +147,17 @@ impl<'a> Primitives<'a> {
             let what = "is none of glTF 2.0; export again";
             return Err(syntax(self.path, format_args!("{at}.mode"), what));
         };
-        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-            self.lines_and_points += 1;
-            return Ok(None);
+        match mode {
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
+            Mode::Points => {
+                self.points += 1;
+                return Ok(None);
+            }
+            _ if self.strand_width.is_none() => {
+                self.thin_lines += 1;
+                return Ok(None);
+            }
+            _ => {}
         }
         let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
             self.without_positions += 1;
@@ -203,7 +238,7 @@ impl<'a> Primitives<'a> {
         out: &mut Emitter,
     ) -> Result<()> {
         let strip = corners.mode == Mode::TriangleStrip;
-        for i in 0..corners.triangle_count() {
+        for i in 0..corners.primitive_count() {
             let [a, b, c] = corners.triangle(i);
             // Strips name vertices twice to get from one run to the next; those are no triangles.
             if strip && (a == b || b == c || a == c) {
@@ -214,10 +249,59 @@ impl<'a> Primitives<'a> {
         Ok(())
     }
 
+    /// Adds the strands of a primitive of lines. Lines of which each begins where the one before ends are one strand.
+    fn add_strands(
+        &self,
+        geometry: u32,
+        positions: &Accessor,
+        corners: &Corners,
+        at: &str,
+        out: &mut Emitter,
+    ) -> Result<()> {
+        let vertex_count = Vertices::count(positions);
+        let radius = self.strand_width.unwrap_or_default() / 2.0;
+        let mut strand: Vec<u32> = Vec::new();
+        let add = |strand: &mut Vec<u32>, out: &mut Emitter| -> Result<()> {
+            if let Some(&bad) = strand.iter().find(|&&vertex| u64::from(vertex) >= vertex_count) {
+                let place = || Place::Json(format!("{at}.indices"));
+                let segments = strand.len() as u64 - 1;
+                strand.clear();
+                return out.out_of_range(segments, self.path, place, bad.into(), vertex_count);
+            }
+            let points = strand.drain(..);
+            out.strand(geometry, points.map(|vertex| (positions.position(vertex), radius)))
+        };
+        match corners.mode {
+            Mode::Lines => {
+                for i in 0..corners.count / 2 {
+                    let [a, b] = [2 * i, 2 * i + 1].map(|place| corners.vertex(place));
+                    if strand.last() != Some(&a) || strand.len() == STRAND_POINTS {
+                        add(&mut strand, out)?;
+                        strand.push(a);
+                    }
+                    strand.push(b);
+                }
+            }
+            _ => {
+                let closing = u64::from(corners.mode == Mode::LineLoop && corners.count > 1);
+                for i in 0..corners.count + closing {
+                    if strand.len() == STRAND_POINTS {
+                        let last = strand[STRAND_POINTS - 1];
+                        add(&mut strand, out)?;
+                        strand.push(last);
+                    }
+                    strand.push(corners.vertex(if i == corners.count { 0 } else { i }));
+                }
+            }
+        }
+        add(&mut strand, out)
+    }
+
     /// Warns of what was left out.
     pub fn finish(self, out: &mut Emitter) {
         for (count, what) in [
-            (self.lines_and_points, "primitives are lines or points and left out"),
+            (self.points, "primitives are points and left out"),
+            (self.thin_lines, "primitives are lines and left out; --strand-width makes strands of them"),
             (self.without_positions, "primitives have no positions and are left out"),
             (self.incomplete, "primitives end in the middle of a triangle, which is left out"),
         ] {

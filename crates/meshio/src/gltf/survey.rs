@@ -30,7 +30,8 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     let (options, mut sink) = (ImportOptions::default(), Nowhere);
     let buffers = Buffers::new(path, &document, &map, container.binary, options.kept_bytes);
     let scene = nodes::walk(path, &document, &mut Emitter::new(&options, &mut sink, 0))?;
-    let mut primitives = Primitives::new(path, &document, &buffers, Materials::new(path, &document));
+    let materials = Materials::new(path, &document);
+    let mut primitives = Primitives::new(path, &document, &buffers, materials, None);
     let mut meshes: HashMap<usize, MeshCounts> = HashMap::new();
     let mut survey = Survey { is_exact: true, bytes: map.len() as u64, ..Survey::default() };
     for node in &scene.meshes {

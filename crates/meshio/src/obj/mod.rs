@@ -1,4 +1,4 @@
-//! Wavefront OBJ: positions, faces and material names; all else is left aside.
+//! Wavefront OBJ: positions, faces, lines of known width and material names; all else is left aside.
 //!
 //! The file is read once, from start to end. Positions are kept until the end, since any face may name any of them.
 //! A face that names a vertex further on is put aside and added at the end of the file, under the numbers it would
@@ -40,6 +40,10 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
             b"f" => {
                 obj.face(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
                 obj.add_face(lines.line())?;
+            }
+            b"l" => {
+                obj.face(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
+                obj.add_line()?;
             }
             _ => obj.other(&statement),
         }
@@ -98,7 +102,11 @@ struct Obj<'a, 'b> {
     geometry: Option<u32>,
     material: String,
     small_faces: u64,
-    lines_and_points: u64,
+    /// Lines that are left out because nobody says how wide they are.
+    thin_lines: u64,
+    /// Lines that name vertices which are not there, or not yet.
+    forward_lines: u64,
+    points: u64,
     curves: u64,
 }
 
@@ -119,7 +127,9 @@ impl<'a, 'b> Obj<'a, 'b> {
             geometry: None,
             material: String::new(),
             small_faces: 0,
-            lines_and_points: 0,
+            thin_lines: 0,
+            forward_lines: 0,
+            points: 0,
             curves: 0,
         }
     }
@@ -196,6 +206,25 @@ impl<'a, 'b> Obj<'a, 'b> {
         self.out.set_next_triangle_id(first_triangle_id + triangle_count)
     }
 
+    /// Adds the line through `corners` as a strand, if its width is known.
+    fn add_line(&mut self) -> Result<()> {
+        let Some(width) = self.out.strand_width() else {
+            self.thin_lines += 1;
+            return Ok(());
+        };
+        let vertex_count = self.positions.count();
+        if self.impossible.is_some() || self.corners.iter().any(|&corner| u64::from(corner) >= vertex_count) {
+            self.forward_lines += 1;
+            return Ok(());
+        }
+        let geometry = match self.geometry {
+            Some(geometry) => geometry,
+            None => self.begin_geometry(),
+        };
+        let points = self.corners.iter().map(|&corner| (self.positions.position(corner), width / 2.0));
+        self.out.strand(geometry, points)
+    }
+
     /// The geometry of the present material.
     fn begin_geometry(&mut self) -> u32 {
         let geometry = match self.geometries.get(&self.material) {
@@ -227,7 +256,7 @@ impl<'a, 'b> Obj<'a, 'b> {
                 self.geometry = None;
             }
             b"mtllib" => self.libraries(&String::from_utf8_lossy(statement.rest.trim_ascii())),
-            b"l" | b"p" => self.lines_and_points += 1,
+            b"p" => self.points += 1,
             b"curv" | b"curv2" | b"surf" => self.curves += 1,
             _ => {}
         }
@@ -275,7 +304,7 @@ impl<'a, 'b> Obj<'a, 'b> {
         Ok(format!(
             "it has {} vertices, {} lines and points, {} faces with less than three corners",
             self.positions.count(),
-            self.lines_and_points,
+            self.thin_lines + self.forward_lines + self.points,
             self.small_faces
         ))
     }
@@ -319,12 +348,14 @@ impl<'a, 'b> Obj<'a, 'b> {
 
     fn warn_of_what_is_left_out(&mut self) {
         for (count, what) in [
-            (self.small_faces, "faces with less than three corners"),
-            (self.lines_and_points, "lines and points"),
-            (self.curves, "free-form curves and surfaces"),
+            (self.small_faces, "faces with less than three corners are left out"),
+            (self.thin_lines, "lines are left out; --strand-width makes strands of them"),
+            (self.forward_lines, "lines name vertices that are not before them and are left out"),
+            (self.points, "points are left out"),
+            (self.curves, "free-form curves and surfaces are left out"),
         ] {
             if count > 0 {
-                self.out.warn(self.path, format_args!("{count} {what} are left out"));
+                self.out.warn(self.path, format_args!("{count} {what}"));
             }
         }
     }

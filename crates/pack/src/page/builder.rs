@@ -3,25 +3,39 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::ByteCounts;
+use crate::strand_record::push_strand;
 use crate::strip_record::{
     PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, WINDOW_RECORD_BYTES, push_long, push_window,
 };
 use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
 use raystrips_geom::strip::PlaneSplit;
-use raystrips_geom::{Aabb, PageGrid, Subgrid};
+use raystrips_geom::{Aabb, PageGrid, RadiusCode, Subgrid};
 
-/// A strip to be stored.
+/// A strip of triangles or a window of a strand, to be stored.
 #[derive(Clone, Debug)]
 pub struct StripParts<'a> {
-    /// Vertices of the cluster.
+    /// Vertices of the cluster; those of a strand follow each other.
     pub refs: &'a [u8],
-    /// Turn bits, a byte a window.
+    /// Turn bits, a byte a window of triangles.
     pub turns: &'a [u8],
     /// Tree over the windows, in pre-order.
     pub splits: &'a [PlaneSplit],
-    /// Geometry of its triangles.
+    /// Codes of the radii of a strand's points; none for triangles.
+    pub radii: &'a [u8],
+    /// Geometry of all of it.
     pub geometry: u32,
+}
+
+impl StripParts<'_> {
+    fn is_strand(&self) -> bool {
+        !self.radii.is_empty()
+    }
+
+    /// Triangles or segments.
+    fn primitive_count(&self) -> usize {
+        self.refs.len() - if self.is_strand() { 1 } else { 2 }
+    }
 }
 
 /// What the children of a node are.
@@ -57,14 +71,17 @@ pub struct PageBuilder<'a> {
     nodes: Vec<Option<Node>>,
     clusters: Vec<Cluster<'a>>,
     strip_count: usize,
+    radius_code: RadiusCode,
 }
 
 /// A finished page.
 pub struct BuiltPage {
     /// What goes into the file.
     pub bytes: Vec<u8>,
-    /// Triangles.
+    /// Triangles and segments of strands.
     pub triangle_count: u32,
+    /// Segments of strands alone.
+    pub segment_count: u32,
     /// Nodes.
     pub node_count: u32,
     /// Strips.
@@ -76,6 +93,11 @@ pub struct BuiltPage {
 }
 
 impl<'a> PageBuilder<'a> {
+    /// A page whose strands, if it has any, have their radii in this code.
+    pub fn new(radius_code: RadiusCode) -> PageBuilder<'a> {
+        PageBuilder { radius_code, ..PageBuilder::default() }
+    }
+
     /// Adds a cluster and gives its number.
     ///
     /// # Panics
@@ -122,7 +144,9 @@ impl<'a> PageBuilder<'a> {
         let grid = PageGrid::covering(&bounds);
         let mut counts = ByteCounts::default();
         let strips = || self.clusters.iter().flat_map(|c| &c.strips);
-        let max_windows = strips().map(|s| s.turns.len()).max().unwrap_or(0);
+        let max_windows = strips().map(|s| s.turns.len()).max().unwrap_or(0).max(1);
+        let has_strands = strips().any(StripParts::is_strand);
+        let radius_code = if has_strands { self.radius_code } else { RadiusCode::default() };
         let headers_end = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
         let body = write_clusters(&self.clusters, headers_end, (max_windows > 1, grid), &mut counts)?;
         let nodes_offset = (headers_end + body.bytes.len()).next_multiple_of(size_of::<WideNode>());
@@ -137,7 +161,9 @@ impl<'a> PageBuilder<'a> {
             max_windows: max_windows as u8,
             strip_count: self.strip_count as u32,
             nodes_offset: nodes_offset as u32,
-            reserved: [0; 6],
+            radius_base: radius_code.base,
+            radius_shift: radius_code.shift,
+            reserved: [0; 4],
         };
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&body.headers));
@@ -153,9 +179,11 @@ impl<'a> PageBuilder<'a> {
             - counts.materials
             - counts.indices
             - counts.strip_trees;
+        let segments = strips().filter(|s| s.is_strand()).map(StripParts::primitive_count).sum::<usize>();
         Ok(BuiltPage {
             bytes,
             triangle_count: body.triangle_count,
+            segment_count: segments as u32,
             node_count: stored.len() as u32,
             strip_count: self.strip_count as u64,
             cluster_count: self.clusters.len() as u64,
@@ -224,7 +252,7 @@ impl Cluster<'_> {
         let mut runs: Vec<GeometryRun> = Vec::new();
         let mut end = 0;
         for strip in &self.strips {
-            end += strip.refs.len() as u32 - 2;
+            end += strip.primitive_count() as u32;
             match runs.last_mut() {
                 Some(run) if run.geometry == strip.geometry => run.end = end,
                 _ => runs.push(GeometryRun { geometry: strip.geometry, end }),
@@ -269,7 +297,12 @@ fn write_clusters(
         } else {
             pad(out, begin, WINDOW_RECORD_BYTES);
             let first = (begin + out.len()) / WINDOW_RECORD_BYTES;
-            cluster.strips.iter().for_each(|strip| push_window(out, strip.turns[0], strip.refs));
+            for strip in &cluster.strips {
+                match strip.is_strand() {
+                    true => push_strand(out, strip.refs[0], strip.radii),
+                    false => push_window(out, strip.turns[0], strip.refs),
+                }
+            }
             counts.indices += (WINDOW_RECORD_BYTES * cluster.strips.len()) as u64;
             first
         };

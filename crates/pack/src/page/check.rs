@@ -4,8 +4,11 @@ use super::{ClusterView, PageView, blob_bytes};
 use crate::PackError;
 use crate::layout::*;
 use crate::nodes::{Child, check_nodes};
+use crate::strand_record::StrandView;
 use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, StripView, WINDOW_RECORD_BYTES, WindowHead};
 use crate::vertices::VERTEX_REACH;
+use raystrips_geom::RadiusCode;
+use raystrips_geom::strand::WINDOW_SEGMENTS;
 use raystrips_geom::strip::WINDOW_TRIANGLES;
 use std::ops::Range;
 
@@ -52,7 +55,7 @@ fn check_contents(
     if !grid_is_sane(header) {
         return Err("bad grid".into());
     }
-    if header.reserved != [0; 6] || header.max_windows == 0 {
+    if header.reserved != [0; 4] || header.max_windows == 0 {
         return Err("bad header".into());
     }
     let last_triangle = header.first_triangle.checked_add(u64::from(header.triangle_count));
@@ -106,8 +109,14 @@ fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), Str
     let triangle_count = cluster.header.triangle_count;
     let mut triangles = 0;
     for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
-        check_strip(&strip, cluster.header.code.last).map_err(|what| format!("strip {number}: {what}"))?;
-        triangles += strip.triangle_count();
+        let last_vertex = cluster.header.code.last;
+        let checked = match strip.strand() {
+            Some(_) if cluster.page.header.max_windows > 1 => Err("a strand among strips of several windows"),
+            Some(strand) => check_strand(&strand, last_vertex, cluster.radius_code()),
+            None => check_strip(&strip, last_vertex),
+        };
+        checked.map_err(|what| format!("strip {number}: {what}"))?;
+        triangles += strip.primitive_count();
     }
     if triangles != usize::from(triangle_count) || triangle_count == 0 {
         return Err("strips do not add up".into());
@@ -141,13 +150,26 @@ fn check_strip_places(view: &PageView, strips: Range<usize>, mut end: usize) -> 
     Ok(end)
 }
 
+fn check_strand(strand: &StrandView, last_vertex: u8, radii: RadiusCode) -> Result<(), &'static str> {
+    if strand.segments > WINDOW_SEGMENTS {
+        return Err("too many segments");
+    }
+    if usize::from(strand.first) + strand.segments > usize::from(last_vertex) {
+        return Err("refers to a vertex that does not exist");
+    }
+    if !radii.is_sane() {
+        return Err("radii that are not finite or not above zero");
+    }
+    Ok(())
+}
+
 fn check_strip(strip: &StripView, last_vertex: u8) -> Result<(), &'static str> {
     let (last, full) = strip.heads().split_last().ok_or("no windows")?;
     let is_full = |&head: &u8| WindowHead(head).count() == WINDOW_TRIANGLES;
     if !full.iter().all(is_full) || WindowHead(*last).count() > WINDOW_TRIANGLES {
         return Err("bad number of triangles");
     }
-    if strip.triangle_count() > MAX_STRIP_TRIANGLES {
+    if strip.primitive_count() > MAX_STRIP_TRIANGLES {
         return Err("too many triangles");
     }
     if !strip.all_refs().iter().all(|&r| r <= last_vertex) {

@@ -6,10 +6,11 @@ pub mod builder;
 pub mod check;
 
 use crate::layout::{ClusterHeader, GeometryRun, PageHeader, WideNode};
+use crate::strand_record::StrandView;
 use crate::strip_record::{PLACE_BYTES, StripView, WINDOW_RECORD_BYTES};
 use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
-use raystrips_geom::PageGrid;
+use raystrips_geom::{PageGrid, RadiusCode, Segment};
 use std::ops::Range;
 
 /// Alignment of pages in memory, so that a node is one cache line.
@@ -174,6 +175,22 @@ impl<'a> ClusterView<'a> {
         self.header.code.decode(self.vertex_bytes(), usize::from(i))
     }
 
+    /// Segment `i` of a window of a strand of this cluster.
+    pub fn segment(&self, strand: &StrandView, i: usize) -> Segment {
+        let radii = self.page.header.radius_code();
+        let first = strand.first + i as u8;
+        Segment {
+            ends: [self.vertex(first), self.vertex(first + 1)],
+            radii: [radii.decode(strand.radii[i]), radii.decode(strand.radii[i + 1])],
+        }
+    }
+
+    /// How radii of strands are stored.
+    #[inline(always)]
+    pub fn radius_code(&self) -> RadiusCode {
+        self.page.header.radius_code()
+    }
+
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
         usize::from(self.header.code.last) + 1
@@ -206,7 +223,7 @@ impl<'a> ClusterView<'a> {
     /// Place in the cluster of triangle `i` of strip number `strip` of the page.
     pub fn triangle_index(&self, strip: usize, i: usize) -> usize {
         let before = self.strip_numbers().start..strip;
-        before.map(|s| self.page.strip(s).triangle_count()).sum::<usize>() + i
+        before.map(|s| self.page.strip(s).primitive_count()).sum::<usize>() + i
     }
 
     /// Geometry of the cluster's triangle `index`.

@@ -40,7 +40,7 @@ fn random(state: &mut u64) -> u8 {
 fn the_sample_is_sound() {
     let file = sample();
     let opened = open_all(&file).unwrap();
-    assert_eq!(walk(&opened), opened.pack.manifest.triangles);
+    assert_eq!(walk(&opened), opened.pack.manifest.primitives);
     let most_windows: Vec<u8> = opened.pages().iter().map(|page| page.header().max_windows).collect();
     assert_eq!(most_windows, [5, 1]);
     assert!(opened.pages()[1].cluster(0).vertex_code().is_float(2));

@@ -23,9 +23,11 @@ const RUNS: usize = VERTICES + 72;
 const LAST_VERTICES: usize = (RUNS + 2 * size_of::<GeometryRun>() + 19).next_multiple_of(4);
 const NODES: usize = (LAST_VERTICES + 24 + size_of::<GeometryRun>()).next_multiple_of(64);
 
-// Where things are in page 1, which has one cluster of vertices of five bytes, one node and three strips of one window.
+// Where things are in page 1, which has one cluster of vertices of five bytes, one node, three strips of one
+// window and a window of a strand.
 const ONLY_STRIPS: usize = (CLUSTERS + size_of::<ClusterHeader>()).next_multiple_of(9);
-const ONLY_VERTICES: usize = (ONLY_STRIPS + 3 * 9).next_multiple_of(4);
+const STRAND: usize = ONLY_STRIPS + 3 * 9;
+const ONLY_VERTICES: usize = (ONLY_STRIPS + 4 * 9).next_multiple_of(4);
 
 /// The sample with byte `at` of page 0 changed.
 fn byte(at: usize, value: u8) -> Vec<u8> {
@@ -83,7 +85,7 @@ fn page_headers_are_checked() {
     refused(&page(|p| p.nodes_offset -= 64), "bytes left over");
     refused(&page(|p| p.nodes_offset = 0), "bytes left over");
     refused(&page(|p| p.nodes_offset = u32::MAX), "shorter than its nodes");
-    refused(&page(|p| p.reserved[5] = 1), "bad header");
+    refused(&page(|p| p.reserved[3] = 1), "bad header");
 }
 
 /// Lengths that differ from what the parts of a page need.
@@ -177,7 +179,7 @@ fn strips_are_checked() {
 fn strips_of_one_window_are_checked() {
     refused(&byte_of_1(ONLY_STRIPS, 0x80), "strips do not add up");
     refused(&byte_of_1(ONLY_STRIPS, 0xC0), "strip 12: bad number of triangles");
-    refused(&byte_of_1(ONLY_STRIPS + 9, 0xE0), "strip 13: bad number of triangles");
+    refused(&byte_of_1(ONLY_STRIPS + 9, 0xE0), "strips do not add up");
     refused(&byte_of_1(ONLY_STRIPS + 1, 20), "strip 12: refers to a vertex");
     // The last one of a short strip, which no triangle uses.
     refused(&byte_of_1(ONLY_STRIPS + 3 * 9 - 1, 20), "strip 14: refers to a vertex");
@@ -243,4 +245,22 @@ fn pages_not_aligned_in_memory_are_refused() {
         let error = check_page(moved, 0, &entry, 2, 4).map(|_| ()).unwrap_err();
         assert!(matches!(error, PackError::CorruptPage { page: 0, .. }), "{error}");
     }
+}
+
+#[test]
+fn strands_are_checked() {
+    refused(&byte_of_1(STRAND, 7 << 5 | 6), "too many segments");
+    refused(&byte_of_1(STRAND, 7 << 5 | 31), "too many segments");
+    refused(&byte_of_1(STRAND, 7 << 5 | 5), "refers to a vertex");
+    refused(&byte_of_1(STRAND + 1, 16), "refers to a vertex");
+    refused(&byte_of_1(STRAND + 1, 255), "refers to a vertex");
+    refused(&byte_of_1(STRAND, 7 << 5 | 2), "strips do not add up");
+    refused(&byte(HEADS, 7 << 5), "strip 0");
+    let radii = |change: fn(&mut PageHeader)| with("page 1", 0, change);
+    refused(&radii(|p| p.radius_base = 0), "radii");
+    refused(&radii(|p| p.radius_base = f32::INFINITY.to_bits()), "radii");
+    refused(&radii(|p| p.radius_base = u32::MAX), "radii");
+    refused(&radii(|p| p.radius_shift = 24), "radii");
+    refused(&radii(|p| p.radius_shift = 25), "radii");
+    refused(&radii(|p| p.radius_shift = u32::MAX), "radii");
 }

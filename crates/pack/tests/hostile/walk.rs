@@ -81,7 +81,7 @@ fn descend(page: &PageView, root: usize) -> u64 {
         if node.holds_strips() {
             let cluster = page.cluster(node.cluster.into());
             assert!(children.clone().all(|i| cluster.strip_numbers().contains(&i)));
-            triangles += children.map(|i| page.strip(i).triangle_count() as u64).sum::<u64>();
+            triangles += children.map(|i| page.strip(i).primitive_count() as u64).sum::<u64>();
         } else {
             waiting.extend(children);
         }
@@ -112,13 +112,21 @@ fn walk_cluster(page: &PageView, cluster: &ClusterView) {
     for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
         assert!(strip.window_count() <= page.header().max_windows.into());
         (0..strip.window_count() - 1).for_each(|i| assert!(strip.split(i).axis < 3));
+        if let Some(strand) = strip.strand() {
+            for i in 0..strand.segments {
+                black_box(cluster.geometry(cluster.triangle_index(number, i)));
+                let segment = cluster.segment(&strand, i);
+                assert!(segment.ends.iter().all(|p| p.is_finite()) && segment.radii.iter().all(|&r| r > 0.0));
+            }
+            continue;
+        }
         for w in 0..strip.window_count() {
             let (head, refs) = strip.window(w);
             assert!(head.count() <= 6 && refs.len() >= head.count() + 2);
             black_box(strip.is_reversed_before(w));
         }
-        assert_eq!(strip.refs().len(), strip.triangle_count() + 2);
-        for i in 0..strip.triangle_count() {
+        assert_eq!(strip.refs().len(), strip.primitive_count() + 2);
+        for i in 0..strip.primitive_count() {
             black_box(cluster.geometry(cluster.triangle_index(number, i)));
             assert!(strip.triangle(i).iter().all(|&v| usize::from(v) < cluster.vertex_count()));
         }

@@ -1,11 +1,11 @@
 //! A small pack with something of everything: two pages, one of strips of one to five windows with splits, one of
-//! single windows; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
+//! single windows of triangles and of a strand; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
 //! emitters, ids, names, a light, a camera and a sky.
 
 use glam::Vec3;
-use raystrips_geom::Aabb;
 use raystrips_geom::scene::{Camera, Geometry, Light, LightKind, Material, Projection, SceneDesc, Sky};
 use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES};
+use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
@@ -70,12 +70,13 @@ fn first_page() -> BuiltPage {
     page.finish(0).unwrap()
 }
 
-/// One cluster with strips of one window, and a coordinate that needs a float.
+/// One cluster with strips of one window, a window of a strand, and a coordinate that needs a float.
 fn second_page(first_triangle: u64) -> BuiltPage {
     let mut vertices = row(4.0, 20);
     vertices[0].z = 1e-20;
-    let strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1));
-    let mut page = PageBuilder::default();
+    let mut strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1)).to_vec();
+    strips.push(Strip::strand(&vertices, 14..19));
+    let mut page = PageBuilder::new(RadiusCode::covering(0.25, 0.5));
     let root = page.reserve_nodes(1);
     add_cluster(&mut page, root, &vertices, &strips);
     page.finish(first_triangle).unwrap()
@@ -105,10 +106,12 @@ fn row_bounds(y: f32) -> Aabb {
     Aabb::of_points(row(y, 35))
 }
 
+#[derive(Clone)]
 struct Strip {
     refs: Vec<u8>,
     turns: Vec<u8>,
     splits: Vec<PlaneSplit>,
+    radii: Vec<u8>,
     geometry: u32,
     bounds: Aabb,
 }
@@ -125,7 +128,16 @@ impl Strip {
         let mut splits = Vec::new();
         split(&windows, &mut splits);
         let bounds = bounds_of(&refs);
-        Strip { refs, turns, splits, geometry, bounds }
+        Strip { refs, turns, splits, radii: Vec::new(), geometry, bounds }
+    }
+
+    /// A window of a strand through some of `vertices`.
+    fn strand(vertices: &[Vec3], refs: Range<u8>) -> Strip {
+        let refs: Vec<u8> = refs.collect();
+        let points = Aabb::of_points(refs.iter().map(|&r| vertices[usize::from(r)]));
+        let bounds = Aabb { min: points.min - 0.5, max: points.max + 0.5 };
+        let radii = (0..refs.len() as u8).map(|k| 255 - 50 * k).collect();
+        Strip { refs, turns: vec![0], splits: Vec::new(), radii, geometry: 0, bounds }
     }
 }
 
@@ -135,6 +147,7 @@ fn add_cluster<'a>(page: &mut PageBuilder<'a>, number: u16, vertices: &'a [Vec3]
         refs: &s.refs,
         turns: &s.turns,
         splits: &s.splits,
+        radii: &s.radii,
         geometry: s.geometry,
     });
     let cluster = page.cluster(vertices, parts.collect());
@@ -158,7 +171,8 @@ fn manifest() -> Manifest {
     let bounds = row_bounds(0.0).union(row_bounds(4.0));
     Manifest {
         generator: "sample".into(),
-        triangles: 0,
+        primitives: 0,
+        segments: 0,
         strips: 0,
         vertices: 20,
         clusters: 0,
@@ -169,8 +183,10 @@ fn manifest() -> Manifest {
         bounds_max: bounds.max.to_array(),
         scene_offset: [1e6, 0.0, -0.5],
         position_error: 0.125,
+        radius_error: 0.0625,
         id_bytes: 4,
         bytes: ByteCounts::default(),
+        strand_bytes: ByteCounts::default(),
         dropped: Dropped { degenerate: 1, non_finite: 300, out_of_range: 70_000 },
         scene: scene(),
     }

@@ -25,17 +25,24 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
         value["peak_rss_bytes"] = peak_process_memory().into();
         return print_json(&value);
     }
-    let triangles = report.manifest.triangles;
+    let manifest = &report.manifest;
     let total: f64 = report.seconds.iter().map(|(_, s)| s).sum();
+    let mut parts = Vec::new();
+    if manifest.triangles() > 0 {
+        let (count, each) = (grouped(manifest.triangles()), manifest.bytes_per_triangle());
+        parts.push(format!("{count} triangles of {each:.2} bytes"));
+    }
+    if manifest.segments > 0 {
+        let (count, each) = (grouped(manifest.segments), manifest.bytes_per_segment());
+        parts.push(format!("{count} segments of strands of {each:.2} bytes"));
+    }
     writeln!(
         std::io::stdout(),
-        "{}: {} triangles, {}, {:.2} bytes a triangle; {:.1} s, {} triangles/s",
+        "{}: {}; {}; {total:.1} s, {} a second",
         args.output.display(),
-        grouped(triangles),
+        parts.join(", "),
         bytes(report.file_bytes),
-        report.manifest.bytes_per_triangle(),
-        total,
-        grouped((triangles as f64 / total.max(1e-9)) as u64),
+        grouped((manifest.primitives as f64 / total.max(1e-9)) as u64),
     )?;
     Ok(())
 }
@@ -68,7 +75,7 @@ pub fn convert_with(
     let dropped = &report.manifest.dropped;
     if *dropped != Default::default() {
         eprintln!(
-            "raystrips: left out triangles: {} without area, {} not finite, {} out of range",
+            "raystrips: left out triangles and segments: {} without area, {} not finite, {} out of range",
             grouped(dropped.degenerate),
             grouped(dropped.non_finite),
             grouped(dropped.out_of_range)

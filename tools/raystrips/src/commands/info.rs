@@ -5,7 +5,7 @@ use crate::args::InfoArgs;
 use crate::units::{bytes, grouped};
 use anyhow::{Context, Result};
 use raystrips_convert::ProxyReport;
-use raystrips_pack::{Manifest, Pack, ProxyKind};
+use raystrips_pack::{ByteCounts, Manifest, Pack, ProxyKind};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::Write;
@@ -31,7 +31,7 @@ fn open(path: &Path) -> Result<(Pack, Vec<ProxyReport>)> {
     let mut proxies = Vec::new();
     for kind in ProxyKind::ALL {
         if let Some(proxy) = pack.open_proxy(&mut file, kind)? {
-            proxies.push(ProxyReport { triangles: proxy.manifest.triangles, bytes: proxy.file_bytes });
+            proxies.push(ProxyReport { triangles: proxy.manifest.primitives, bytes: proxy.file_bytes });
         }
     }
     Ok((pack, proxies))
@@ -45,10 +45,11 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
     let other = file_bytes.saturating_sub(named);
     let proxy_triangles = |i: usize| proxies.get(i).map_or(0, |proxy| proxy.triangles);
     json!({
-        "triangles": manifest.triangles,
+        "triangles": manifest.triangles(),
+        "segments": manifest.segments,
         "vertices": manifest.vertices,
         "strips": manifest.strips,
-        "triangles_per_strip": manifest.triangles as f64 / manifest.strips.max(1) as f64,
+        "triangles_per_strip": manifest.primitives as f64 / manifest.strips.max(1) as f64,
         "clusters": manifest.clusters,
         "pages": manifest.pages,
         "bytes": {
@@ -62,10 +63,12 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
             "proxy": proxy_bytes,
         },
         "bytes_per_triangle": manifest.bytes_per_triangle(),
+        "bytes_per_segment": manifest.bytes_per_segment(),
         "proxy": {"triangles": proxy_triangles(0), "coarse_triangles": proxy_triangles(1)},
         "bounds": {"min": manifest.bounds_min, "max": manifest.bounds_max},
         "scene_offset": manifest.scene_offset,
         "position_error": manifest.position_error,
+        "radius_error": manifest.radius_error,
         "dropped": {
             "degenerate": manifest.dropped.degenerate,
             "non_finite": manifest.dropped.non_finite,
@@ -82,34 +85,31 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
 }
 
 fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(&'static str, String)> {
-    let per_triangle = |n: u64| format!("{:.2}", n as f64 / manifest.triangles.max(1) as f64);
-    let counts = &manifest.bytes;
     let scene = &manifest.scene;
     let dropped = &manifest.dropped;
+    let mut counts = Vec::new();
+    if manifest.triangles() > 0 || manifest.segments == 0 {
+        counts.push(format!("{} triangles", grouped(manifest.triangles())));
+    }
+    if manifest.segments > 0 {
+        counts.push(format!("{} segments of strands", grouped(manifest.segments)));
+    }
+    counts.push(format!("{} vertices", grouped(manifest.vertices)));
+    let per_strip = manifest.primitives as f64 / manifest.strips.max(1) as f64;
     let mut lines = vec![
-        ("triangles", format!("{}, {} vertices", grouped(manifest.triangles), grouped(manifest.vertices))),
-        (
-            "strips",
-            format!(
-                "{}, {:.2} triangles each",
-                grouped(manifest.strips),
-                manifest.triangles as f64 / manifest.strips.max(1) as f64
-            ),
-        ),
+        ("holds", counts.join(", ")),
+        ("strips", format!("{}, {per_strip:.2} of these each", grouped(manifest.strips))),
         ("pages", format!("{}, {} clusters", grouped(manifest.pages), grouped(manifest.clusters))),
         ("file", bytes(file_bytes)),
-        (
-            "bytes/triangle",
-            format!(
-                "{:.2}: vertices {}, indices {}, strip trees {}, nodes {}, headers and padding {}",
-                manifest.bytes_per_triangle(),
-                per_triangle(counts.vertices),
-                per_triangle(counts.indices),
-                per_triangle(counts.strip_trees),
-                per_triangle(counts.nodes),
-                per_triangle(counts.page_overhead),
-            ),
-        ),
+    ];
+    if manifest.triangles() > 0 {
+        let counts = manifest.bytes.without(&manifest.strand_bytes);
+        lines.push(("bytes/triangle", shares(&counts, manifest.triangles())));
+    }
+    if manifest.segments > 0 {
+        lines.push(("bytes/segment", shares(&manifest.strand_bytes, manifest.segments)));
+    }
+    lines.extend([
         ("bounds", format!("{:?} to {:?}", manifest.bounds_min, manifest.bounds_max)),
         (
             "scene",
@@ -123,14 +123,18 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         ),
         ("original ids", if manifest.id_bytes > 0 { "kept" } else { "not kept" }.into()),
         ("written by", manifest.generator.clone()),
-    ];
+    ]);
     if !proxies.is_empty() {
-        let text =
-            |proxy: &ProxyReport| format!("{} triangles ({})", grouped(proxy.triangles), bytes(proxy.bytes));
+        let text = |proxy: &ProxyReport| {
+            format!("{} triangles and segments ({})", grouped(proxy.triangles), bytes(proxy.bytes))
+        };
         lines.push(("proxies", proxies.iter().map(text).collect::<Vec<_>>().join(", ")));
     }
     if manifest.position_error > 0.0 {
         lines.push(("position error", format!("{:e} at most, on each axis", manifest.position_error)));
+    }
+    if manifest.radius_error > 0.0 {
+        lines.push(("radius error", format!("{:.2} % at most", 100.0 * manifest.radius_error)));
     }
     if manifest.scene_offset != [0.0; 3] {
         lines.push(("scene offset", format!("{:?}", manifest.scene_offset)));
@@ -145,4 +149,18 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         lines.push(("dropped", text));
     }
     lines
+}
+
+/// What each of `primitives` takes, and for what.
+fn shares(counts: &ByteCounts, primitives: u64) -> String {
+    let per_primitive = |n: u64| n as f64 / primitives as f64;
+    format!(
+        "{:.2}: vertices {:.2}, indices {:.2}, strip trees {:.2}, nodes {:.2}, headers and padding {:.2}",
+        per_primitive(counts.tracing()),
+        per_primitive(counts.vertices),
+        per_primitive(counts.indices),
+        per_primitive(counts.strip_trees),
+        per_primitive(counts.nodes),
+        per_primitive(counts.page_overhead),
+    )
 }

@@ -23,7 +23,10 @@ pub fn run(args: &ProxyArgs) -> Result<()> {
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
     check_output(&args.output, &inputs)?;
     let Some(format) = ExportFormat::of(&args.output) else {
-        bail!("{}: is of no format that can be written; name it .ply, .obj or .glb", args.output.display());
+        bail!(
+            "{}: is of no format that can be written; name it .ply, .obj, .glb or .hair",
+            args.output.display()
+        );
     };
     interrupt::watch()?;
     let begin = Instant::now();
@@ -43,11 +46,13 @@ pub fn run(args: &ProxyArgs) -> Result<()> {
     let result = pool.install(|| proxy(&args.inputs, &args.output, &params, &progress));
     progress.finish();
     let made = result?;
+    check_kinds(args, format, &made)?;
     made.warnings.iter().for_each(|warning| eprintln!("raystrips: warning: {warning}"));
     let mesh = ExportMesh {
         positions: &made.positions,
         triangles: &made.triangles,
         geometries: &made.geometries,
+        strands: &made.strands,
         offset: made.offset,
         scene: &made.scene,
     };
@@ -55,8 +60,21 @@ pub fn run(args: &ProxyArgs) -> Result<()> {
     report(args, &made, begin.elapsed().as_secs_f64())
 }
 
+/// Refuses formats that cannot hold what there is.
+fn check_kinds(args: &ProxyArgs, format: ExportFormat, made: &Proxy) -> Result<()> {
+    let output = args.output.display();
+    if !made.strands.is_empty() && !format.has_strands() {
+        bail!("{output}: cannot hold strands; name it .obj, or .hair where there are only strands");
+    }
+    if !made.triangles.is_empty() && !format.has_triangles() {
+        bail!("{output}: cannot hold triangles; name it .obj, .ply or .glb");
+    }
+    Ok(())
+}
+
 fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
     let percent = |distance: f64| 100.0 * distance / made.diagonal;
+    let segments: usize = made.strands.iter().map(|(_, points)| points.len() - 1).sum();
     if args.json {
         let distances = made.distances.map(|d| {
             json!({"mean": d.mean, "rms": d.rms, "max": d.max,
@@ -65,7 +83,13 @@ fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
         return print_json(&json!({
             "triangles": made.triangles.len(),
             "vertices": made.positions.len(),
-            "input": {"triangles": made.input_triangles, "pieces": made.pieces},
+            "strands": made.strands.len(),
+            "segments": segments,
+            "input": {
+                "triangles": made.input_triangles,
+                "segments": made.input_segments,
+                "pieces": made.pieces,
+            },
             "distance": distances.unwrap_or(Value::Null),
             "seconds": {"total": seconds, "cpu": process::cpu_time().as_secs_f64()},
             "peak_rss_bytes": peak_process_memory(),
@@ -77,10 +101,12 @@ fn report(args: &ProxyArgs, made: &Proxy, seconds: f64) -> Result<()> {
     });
     writeln!(
         std::io::stdout(),
-        "{}: {} of {} triangles{distances}; {seconds:.1} s",
+        "{}: {} of {} triangles, {} of {} segments of strands{distances}; {seconds:.1} s",
         args.output.display(),
         grouped(made.triangles.len() as u64),
         grouped(made.input_triangles),
+        grouped(segments as u64),
+        grouped(made.input_segments),
     )?;
     Ok(())
 }

@@ -16,10 +16,10 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     }
     writeln!(
         std::io::stdout(),
-        "{}: good: {} pages, {} triangles; proxies: {proxies}",
+        "{}: good: {} pages, {} triangles and segments; proxies: {proxies}",
         args.pack.display(),
         grouped(manifest.pages),
-        grouped(manifest.triangles)
+        grouped(manifest.primitives)
     )?;
     Ok(())
 }

@@ -6,7 +6,7 @@ use crate::paper::mesh::Mesh;
 use crate::paper::multi_bvh::{MultiBvh, SingleTriangles};
 use crate::paper::structure::{Stacks, Structure};
 use anyhow::Result;
-use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
+use raystrips_geom::{Aabb, Hit, Ray, Shape, scene::SceneDesc};
 use raystrips_render::{
     Curve, Emitter, HitPoints, OrderParams, Ordering, RenderParams, RenderStats, Surface, TracedWorld,
     Unfinished, Watch, World, render, render_ordered,
@@ -53,7 +53,7 @@ impl World for StructureWorld<'_> {
             *surface = Surface {
                 geometry: self.geometries[triangle],
                 triangle: hit.prim_id,
-                corners: self.mesh.corners(triangle),
+                shape: Shape::Triangle(self.mesh.corners(triangle)),
                 u: hit.u,
                 v: hit.v,
             };

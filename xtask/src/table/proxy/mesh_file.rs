@@ -40,6 +40,7 @@ impl Mesh {
             positions: &self.positions,
             triangles: &self.triangles,
             geometries: &vec![0; self.triangles.len()],
+            strands: &[],
             offset: [0.0; 3],
             scene: &scene,
         };
