@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// Endings of models.
-const ENDINGS: [&str; 5] = ["obj", "ply", "gltf", "glb", "off"];
+const ENDINGS: [&str; 6] = ["obj", "ply", "gltf", "glb", "off", "hair"];
 
 /// Programs at a time.
 const PROCESSES: usize = 2;

@@ -10,6 +10,7 @@ mod corpus;
 mod damage;
 mod direct_light;
 mod far_away;
+mod hair;
 mod interrupt;
 mod layouts;
 mod models;

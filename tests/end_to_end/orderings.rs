@@ -1,5 +1,6 @@
 //! The same picture in any order, by any threads, with any part of the pack in memory.
 
+use crate::hair::lawn;
 use crate::models::Mesh;
 use crate::support::{Folder, repository_file};
 use raystrips_render::{
@@ -127,4 +128,18 @@ fn a_closed_room_with_area_lights() {
     folder.run_args(&["convert", scene.to_str().unwrap(), "-o", "cornell.rsp", "--page-size", "4K"]).done();
     check_all(&folder.path("cornell.rsp"), Integrator::Path);
     check_all(&folder.path("cornell.rsp"), Integrator::Photon);
+}
+
+/// Strands that are partly opaque over a surface, with a lamp above.
+#[test]
+fn hair_on_the_ground() {
+    let folder = Folder::new();
+    folder.write("lawn.hair", lawn(12));
+    folder.write("ground.ply", Mesh::hills(12).ply());
+    folder.write("lamp.obj", "v 2 9 2\nv 9 9 2\nv 9 9 9\nv 2 9 9\nf 1 2 3 4\n");
+    let scene = "material = [ { name = 'lamp', emission = [4.0, 4.0, 4.0] } ]\n\
+                 model = [ { file = 'lawn.hair' }, { file = 'ground.ply' }, { file = 'lamp.obj', material = 'lamp' } ]";
+    folder.write("scene.toml", scene);
+    folder.run("convert scene.toml -o lawn.rsp --page-size 4K").done();
+    check_all(&folder.path("lawn.rsp"), Integrator::Path);
 }

@@ -172,6 +172,13 @@ pub enum Sky {
 }
 
 impl SceneDesc {
+    /// Opacity of a geometry, 0 to 1; 1 where its material is not known.
+    pub fn opacity(&self, geometry: u32) -> f32 {
+        let material = self.geometries.get(geometry as usize).map(|g| g.material as usize);
+        let alpha = material.and_then(|material| self.materials.get(material)).map_or(1.0, |m| m.alpha);
+        if alpha.is_finite() { alpha.clamp(0.0, 1.0) } else { 1.0 }
+    }
+
     /// True where something shines: a sky, a light, or an emissive material that a geometry uses.
     pub fn has_light(&self) -> bool {
         self.sky.is_some()

@@ -43,7 +43,7 @@ pub struct Manifest {
     pub id_bytes: u8,
     /// Where the bytes of the file went.
     pub bytes: ByteCounts,
-    /// The part of that which pages of strands take.
+    /// The part of that which pages of strands take, and their share of the nodes above the pages.
     pub strand_bytes: ByteCounts,
     /// Triangles of the input that are not in the pack.
     pub dropped: Dropped,
@@ -135,7 +135,7 @@ impl Manifest {
         self.primitives - self.segments
     }
 
-    /// Bytes a triangle that tracing needs; nodes above the pages count for triangles.
+    /// Bytes a triangle that tracing needs.
     pub fn bytes_per_triangle(&self) -> f64 {
         self.bytes.without(&self.strand_bytes).tracing() as f64 / self.triangles().max(1) as f64
     }

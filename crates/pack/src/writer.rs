@@ -74,6 +74,8 @@ pub struct PackWriter {
     partial: PathBuf,
     position: u64,
     directory: Vec<PageEntry>,
+    /// Pages with strands.
+    strand_pages: u64,
     totals: Manifest,
 }
 
@@ -123,6 +125,7 @@ impl PackWriter {
             partial: partial.to_owned(),
             position,
             directory: Vec::new(),
+            strand_pages: 0,
             totals: manifest,
         }
     }
@@ -189,6 +192,7 @@ impl PackWriter {
         totals.bytes.add(&counts);
         if page.segment_count > 0 {
             totals.strand_bytes.add(&counts);
+            self.strand_pages += 1;
         }
         Ok(())
     }
@@ -209,8 +213,9 @@ impl PackWriter {
     /// # Panics
     /// If the triangle ids are not as many as the triangles.
     pub fn finish(mut self, path: &Path, contents: PackContents) -> Result<(Manifest, u64), PackError> {
-        self.totals.bytes.nodes +=
-            (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
+        let top_bytes = (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
+        self.totals.bytes.nodes += top_bytes;
+        self.totals.strand_bytes.nodes += top_bytes * self.strand_pages / self.page_count().max(1);
         let id_bytes = u64::from(self.totals.id_bytes);
         self.totals.bytes.ids = self.totals.primitives * id_bytes;
         let manifest = self.totals.encode()?;

@@ -18,6 +18,8 @@ pub(crate) struct SurfaceInteraction<'a> {
     /// Distance from the ray's origin in scene units.
     pub distance: f32,
     pub material: &'a ShadingMaterial,
+    /// How much of the path ends here. Strands that let a ray pass were not hit by it.
+    pub alpha: f32,
 }
 
 impl<'a> SurfaceInteraction<'a> {
@@ -31,12 +33,14 @@ impl<'a> SurfaceInteraction<'a> {
             Shape::Segment(segment) => SurfacePoint::on_segment(segment, surface.u, ray, hit.t)?,
         };
         let front = point.ng.dot(ray.dir) < 0.0;
+        let material = materials.of(surface.geometry);
         Some(SurfaceInteraction {
+            alpha: if matches!(surface.shape, Shape::Segment(_)) { 1.0 } else { material.alpha },
             point,
             n: if front { point.ng } else { -point.ng },
             front,
             distance: hit.t * ray.dir.length(),
-            material: materials.of(surface.geometry),
+            material,
         })
     }
 

@@ -15,7 +15,7 @@ impl TracedWorld {
     /// Takes over `scene`.
     pub fn new(scene: Scene) -> TracedWorld {
         let emitters = emitters(scene.emitters());
-        TracedWorld { scene, emitters }
+        TracedWorld { scene: scene.with_opacity(), emitters }
     }
 
     /// The scene.

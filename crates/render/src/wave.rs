@@ -15,7 +15,7 @@ use crate::{
     world::{Surface, World},
 };
 use glam::Vec3;
-use raystrips_geom::{Hit, Ray};
+use raystrips_geom::{Aabb, Hit, Ray, morton};
 use raystrips_tracer::OpenError;
 use std::{mem, ops::Range, time::Instant};
 
@@ -140,6 +140,8 @@ pub(crate) struct Wave {
     next: RayQueue<u32>,
     hits: Vec<Hit>,
     surfaces: Vec<Surface>,
+    /// In which order hits are shaded.
+    order: Vec<u32>,
     shadow: RayQueue<PendingLight>,
     occluded: Vec<bool>,
     deposits: Deposits,
@@ -210,10 +212,15 @@ impl Wave {
         self.shadow.clear();
         let mut shadow = |ray, pending| self.shadow.push(ray, pending);
         let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow };
-        let current = self.current.rays.iter().zip(&self.current.errands);
-        for ((ray, &path_index), (hit, surface)) in current.zip(self.hits.iter().zip(&self.surfaces)) {
+        self.order.clear();
+        self.order.extend(0..self.hits.len() as u32);
+        if context.shader.looks_around() {
+            sort_by_place(&mut self.order, &self.current.rays, &self.hits, &context.world.bounds());
+        }
+        for i in self.order.iter().map(|&i| i as usize) {
+            let (ray, path_index) = (&self.current.rays[i], self.current.errands[i]);
             let path = &mut self.paths[path_index as usize];
-            let hit = SurfaceInteraction::new(context.materials, ray, hit, surface);
+            let hit = SurfaceInteraction::new(context.materials, ray, &self.hits[i], &self.surfaces[i]);
             let next = context.shader.shade(path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(next) = next {
@@ -241,6 +248,17 @@ impl Wave {
         self.stats.seconds.shade += traced.elapsed().as_secs_f64();
         Ok(())
     }
+}
+
+/// Sorts numbers of rays along a Morton curve through their hits.
+fn sort_by_place(order: &mut [u32], rays: &[Ray], hits: &[Hit], bounds: &Aabb) {
+    let scale = (1u32 << morton::AXIS_BITS) as f32 / bounds.extent().max_element().max(f32::MIN_POSITIVE);
+    let key = |i: &u32| {
+        let (ray, hit) = (&rays[*i as usize], &hits[*i as usize]);
+        let place = (ray.at(hit.t) - bounds.min) * scale;
+        if hit.is_hit() { morton::encode(place.to_array().map(|x| x as u32)) } else { u64::MAX }
+    };
+    order.sort_by_cached_key(key);
 }
 
 #[cfg(test)]

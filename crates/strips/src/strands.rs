@@ -2,7 +2,7 @@
 //!
 //! Strands come cut into windows of a few segments, which are to strands what strips are to triangles: the leaves of the
 //! hierarchy, in clusters that share at most 256 vertices. Windows of a strand that follow each other in a cluster
-//! share the point between them.
+//! share the point between them, so the hierarchy down to clusters is over pairs of such windows.
 
 use crate::cluster::{Cluster, MAX_VERTICES, in_order};
 use crate::groups::group;
@@ -70,13 +70,26 @@ impl Strands {
         (windows.iter().map(place).collect(), next)
     }
 
+    /// Pairs of windows of a strand that follow each other, and windows that have no other.
+    fn pairs(&self) -> Vec<Range<u32>> {
+        let mut pairs: Vec<Range<u32>> = Vec::with_capacity(self.windows.len() / 2);
+        for (i, window) in (0..).zip(&self.windows) {
+            match pairs.last_mut() {
+                Some(last) if last.len() == 1 && self.windows[last.start as usize].end() == window.first => {
+                    last.end += 1;
+                }
+                _ => pairs.push(i..i + 1),
+            }
+        }
+        pairs
+    }
+
     fn fit_cluster(&self, windows: &[u32]) -> bool {
-        windows.len() < MAX_VERTICES && self.places(&ascending(windows)).1 <= MAX_VERTICES
+        windows.len() < MAX_VERTICES && self.places(windows).1 <= MAX_VERTICES
     }
 
     fn cluster(&self, windows: &[u32], first_segments: &[u32], code: RadiusCode) -> (Cluster, Bvh) {
-        let windows = ascending(windows);
-        let (places, count) = self.places(&windows);
+        let (places, count) = self.places(windows);
         let mut vertices = vec![Vec3::ZERO; count];
         let mut strips = Vec::with_capacity(windows.len());
         for (&i, &place) in windows.iter().zip(&places) {
@@ -106,20 +119,28 @@ impl Strands {
     }
 }
 
-fn ascending(windows: &[u32]) -> Vec<u32> {
-    let mut windows = windows.to_vec();
+/// The windows of some pairs, ascending.
+fn windows_of(pairs: &[Range<u32>], chosen: &[u32]) -> Vec<u32> {
+    let mut windows: Vec<u32> = chosen.iter().flat_map(|&pair| pairs[pair as usize].clone()).collect();
     windows.sort_unstable();
     windows
 }
 
 /// Builds the hierarchy of a piece of hair. The result does not depend on the number of threads. `finished` is told from
-/// any thread how many more windows are done.
+/// any thread how many more segments are done.
 ///
 /// # Panics
 /// If there are no windows.
 pub fn build_strands(strands: &Strands, code: RadiusCode, finished: &(dyn Fn(usize) + Sync)) -> StripTree {
-    let bounds: Vec<Aabb> = strands.windows.iter().map(|window| strands.bounds(window, code)).collect();
-    let built = bvh::build(&bounds, &|windows| strands.fit_cluster(windows));
+    let pairs = strands.pairs();
+    let of_pair = |pair: &Range<u32>| {
+        let windows = pair.clone().map(|i| strands.bounds(&strands.windows[i as usize], code));
+        windows.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
+    };
+    let bounds: Vec<Aabb> = pairs.iter().map(of_pair).collect();
+    let built = bvh::build(&bounds, &|chosen| {
+        chosen.len() < MAX_VERTICES && strands.fit_cluster(&windows_of(&pairs, chosen))
+    });
     let before = |sum: &mut u32, window: &StrandWindow| {
         let first = *sum;
         *sum += u32::from(window.segments);
@@ -127,9 +148,9 @@ pub fn build_strands(strands: &Strands, code: RadiusCode, finished: &(dyn Fn(usi
     };
     let first_segments: Vec<u32> = strands.windows.iter().scan(0, before).collect();
     let cluster = |range: &Range<usize>| {
-        let cluster = strands.cluster(&built.order[range.clone()], &first_segments, code);
-        finished(range.len());
-        cluster
+        let windows = windows_of(&pairs, &built.order[range.clone()]);
+        finished(windows.iter().map(|&i| usize::from(strands.windows[i as usize].segments)).sum());
+        strands.cluster(&windows, &first_segments, code)
     };
     let clusters = built.tree.leaves().par_iter().map(cluster).unzip();
     tree_of_clusters(built.tree, clusters)

@@ -14,6 +14,7 @@
 mod boxes;
 mod kernel;
 mod observe;
+mod opacity;
 mod packet;
 mod pages;
 mod prepared;

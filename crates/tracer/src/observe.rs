@@ -95,6 +95,10 @@ impl<'s> Pages<'s> for Observed<'s, '_> {
         self.scene.page(0)
     }
 
+    fn opacity(self, geometry: u32) -> f32 {
+        self.scene.opacity(geometry)
+    }
+
     fn before_step<const ANY: bool>(self, walk: &Walk<'s, ANY>) {
         let number = walk.link() & !TopNode::KIND;
         match walk.step() {

@@ -6,6 +6,7 @@
 //! Which strips a ray is tested against may differ from what it does alone, the hit cannot.
 
 use crate::boxes::{Planes, RayGrid, top_slack};
+use crate::opacity;
 use crate::pages::Pages;
 use crate::prepared::PreparedRay;
 use crate::scene::Locator;
@@ -135,7 +136,7 @@ impl Packet {
                     self.push(s, &planes, here.active, node.child_count(), link);
                 }
                 _ => {
-                    self.test_strip(s, &view, &here);
+                    self.test_strip(s, pages, &view, &here);
                     self.farthest = self.farthest_limit(s);
                 }
             }
@@ -164,7 +165,7 @@ impl Packet {
 
     /// Tests a strip of the page against the active rays.
     #[inline(always)]
-    fn test_strip<S: Simd>(&mut self, s: S, page: &PageView, here: &Waiting) {
+    fn test_strip<'s, S: Simd>(&mut self, s: S, pages: impl Pages<'s>, page: &PageView, here: &Waiting) {
         let cluster = page.cluster((here.link >> 16 & 0xFF) as usize);
         let number = (here.link & 0xFFFF) as usize;
         let record = page.window_record(number);
@@ -176,7 +177,13 @@ impl Packet {
             best.locator = best.locator.with_strip(here.link & 0xFF_FFFF);
             if let Some([head, ..]) = record {
                 self.candidates.test(s, ray);
-                self.candidates.meet(s, ray, |hit| best.hit(WindowHead(*head), false, 0, hit));
+                let head = WindowHead(*head);
+                self.candidates.meet(s, ray, |hit| {
+                    if !head.is_strand() || opacity::stops(pages, &cluster, number, ray, best.place_of(&hit))
+                    {
+                        best.hit(head, false, 0, hit);
+                    }
+                });
             } else {
                 let grid = RayGrid::of_page(s, page.header(), ray);
                 test_long_strip(s, ray, &grid, &cluster, &page.strip(number), best);

@@ -22,6 +22,9 @@ pub(crate) trait Pages<'s>: Copy {
     /// Any page, to have one.
     fn some_page(self) -> PageView<'s>;
 
+    /// Opacity of the strands of a geometry, 0 to 1.
+    fn opacity(self, geometry: u32) -> f32;
+
     /// Is told where a walk is before each step that it takes by itself.
     #[inline(always)]
     fn before_step<const ANY: bool>(self, _: &Walk<'s, ANY>) {}
@@ -50,6 +53,11 @@ impl<'s> Pages<'s> for &'s Scene {
     fn some_page(self) -> PageView<'s> {
         Scene::page(self, 0)
     }
+
+    #[inline]
+    fn opacity(self, geometry: u32) -> f32 {
+        Scene::opacity(self, geometry)
+    }
 }
 
 impl<'s> Pages<'s> for &'s Visit<'s> {
@@ -75,5 +83,10 @@ impl<'s> Pages<'s> for &'s Visit<'s> {
 
     fn some_page(self) -> PageView<'s> {
         self.blank()
+    }
+
+    #[inline]
+    fn opacity(self, geometry: u32) -> f32 {
+        self.pool().pack().manifest.scene.opacity(geometry)
     }
 }

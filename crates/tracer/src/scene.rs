@@ -13,6 +13,7 @@ use std::path::Path;
 /// A pack that is ready to be traced. Shared by all threads.
 pub struct Scene {
     pages: PageTable,
+    has_opacity: bool,
 }
 
 /// What was hit, in the words of the input.
@@ -66,12 +67,18 @@ impl Locator {
 impl Scene {
     /// Opens the pack at `path` and checks all of it.
     pub fn open(path: &Path) -> Result<Scene, OpenError> {
-        Ok(Scene { pages: PageTable::open(path)? })
+        Ok(Scene { pages: PageTable::open(path)?, has_opacity: false })
     }
 
     /// Opens a proxy in the pack at `path` and checks all of it; `None` if there is none of the kind.
     pub fn open_proxy(path: &Path, kind: ProxyKind) -> Result<Option<Scene>, OpenError> {
-        Ok(PageTable::open_proxy(path, kind)?.map(|pages| Scene { pages }))
+        Ok(PageTable::open_proxy(path, kind)?.map(|pages| Scene { pages, has_opacity: false }))
+    }
+
+    /// The same scene, but that partly opaque strands let rays pass, by chance. What decides is the same for equal rays.
+    #[must_use]
+    pub fn with_opacity(self) -> Scene {
+        Scene { has_opacity: true, ..self }
     }
 
     /// Boxes of the geometries of the pack; none if it has none.
@@ -152,6 +159,10 @@ impl Scene {
         id[..width].copy_from_slice(bytes);
         let id = u64::from_le_bytes(id);
         Some((id >> 2, (id & 3) as u8))
+    }
+
+    pub(crate) fn opacity(&self, geometry: u32) -> f32 {
+        if self.has_opacity { self.description().opacity(geometry) } else { 1.0 }
     }
 
     #[inline(always)]

@@ -143,7 +143,7 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
         }
         if lists[Step::STRIP].len >= enough {
             let strips = lists[Step::STRIP].take();
-            test_strips(s, walks, &strips, &mut candidates);
+            test_strips(s, pages, walks, &strips, &mut candidates);
             for i in strips.iter() {
                 sort_in(s, i, walks, &mut lists);
             }
@@ -156,9 +156,10 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
 
 /// Tests the strips that walks wait for, each kind of work for all of them before the next.
 #[inline(always)]
-fn test_strips<S: Simd, const ANY: bool>(
+fn test_strips<'s, S: Simd, const ANY: bool>(
     s: S,
-    walks: &mut [Walk<ANY>; WALKS],
+    pages: impl Pages<'s>,
+    walks: &mut [Walk<'s, ANY>; WALKS],
     strips: &List,
     candidates: &mut [Candidates; WALKS],
 ) {
@@ -172,7 +173,7 @@ fn test_strips<S: Simd, const ANY: bool>(
         met.push_if(i, has_candidates);
     }
     for (i, candidates) in met.iter().zip(candidates) {
-        walks[i].meet(s, candidates);
+        walks[i].meet(s, pages, candidates);
     }
 }
 

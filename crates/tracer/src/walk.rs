@@ -4,6 +4,7 @@
 //! needs is in it, so that one thread can take many walks by turns ([`crate::stream`]).
 
 use crate::boxes::{RayGrid, page_slabs, top_slabs, top_slack};
+use crate::opacity;
 use crate::pages::Pages;
 use crate::prepared::PreparedRay;
 use crate::rays::WaitingRay;
@@ -205,7 +206,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
                 Step::NODE => self.step_node(s),
                 Step::STRIP => {
                     if self.step_strip(s, &mut candidates) {
-                        self.meet(s, &candidates);
+                        self.meet(s, pages, &candidates);
                     }
                 }
                 Step::TOP => self.step_top(s, pages),
@@ -284,13 +285,21 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
 
     /// The second part of [`Step::STRIP`].
     #[inline(always)]
-    pub fn meet<S: Simd>(&mut self, s: S, candidates: &Candidates) {
+    pub fn meet<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, candidates: &Candidates) {
         let number = (self.link & 0xFFFF) as usize;
         let best = &mut self.best;
         best.locator = best.locator.with_strip(self.link & 0xFF_FFFF);
         match self.page.window_record(number) {
             Some([head, ..]) => {
-                candidates.meet(s, &self.ray, |hit| best.hit(WindowHead(*head), false, 0, hit));
+                let head = WindowHead(*head);
+                let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+                candidates.meet(s, &self.ray, |hit| {
+                    if !head.is_strand()
+                        || opacity::stops(pages, &cluster, number, &self.ray, best.place_of(&hit))
+                    {
+                        best.hit(head, false, 0, hit);
+                    }
+                });
             }
             None => {
                 let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
@@ -359,6 +368,14 @@ impl<const ANY: bool> Best<ANY> {
     pub fn new(tfar: f32) -> Best<ANY> {
         let hit = Hit { t: tfar, ..Hit::MISS };
         Best { hit, greatest_key: greatest_key(tfar), locator: Locator::page(0) }
+    }
+}
+
+impl<const ANY: bool> Best<ANY> {
+    /// Place of what was hit in the first window of the present strip.
+    #[inline(always)]
+    pub fn place_of(&self, hit: &WindowHit) -> Locator {
+        self.locator.with_triangle(hit.triangle)
     }
 }
 

@@ -12,13 +12,14 @@ use support::Random;
 /// Points of a strand with their radii.
 type Strand = Vec<(Vec3, f32)>;
 
-/// The strands of a hair file.
-fn file(strands: &[Strand]) -> Vec<u8> {
+/// A hair file of strands with this transparency.
+fn file(strands: &[Strand], transparency: f32) -> Vec<u8> {
     let points: usize = strands.iter().map(Vec::len).sum();
     let mut bytes = b"HAIR".to_vec();
     for number in [strands.len() as u32, points as u32, 7, 0] {
         bytes.extend(number.to_le_bytes());
     }
+    bytes.extend([0.0, transparency, 1.0, 1.0, 1.0].into_iter().flat_map(f32::to_le_bytes));
     bytes.resize(128, 0);
     bytes.extend(strands.iter().flat_map(|strand| (strand.len() as u16 - 1).to_le_bytes()));
     let positions = strands.iter().flatten().flat_map(|(p, _)| p.to_array());
@@ -28,9 +29,13 @@ fn file(strands: &[Strand]) -> Vec<u8> {
 }
 
 fn scene(strands: &[Strand]) -> Scene {
+    transparent_scene(strands, 0.0)
+}
+
+fn transparent_scene(strands: &[Strand], transparency: f32) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let (input, output) = (folder.path().join("a.hair"), folder.path().join("a.rsp"));
-    std::fs::write(&input, file(strands)).unwrap();
+    std::fs::write(&input, file(strands, transparency)).unwrap();
     let report = convert(&[input], &output, &ConvertParams::default(), &Unobserved).unwrap();
     let segments: usize = strands.iter().map(|strand| strand.len() - 1).sum();
     assert_eq!((report.manifest.segments, report.manifest.triangles()), (segments as u64, 0));
@@ -200,5 +205,40 @@ fn only_entries_are_hits() {
         assert!(!tracer.intersect(&Ray::new(inside, random.direction())).is_hit(), "{inside}");
         let outside = Vec3::new(inside.x, 5.0, 0.0);
         assert!(tracer.intersect(&Ray::new(outside, inside - outside)).is_hit());
+    }
+}
+
+/// Rays through several strands, one behind the other: the share that is stopped is that of their opacities, closest hits
+/// and any hits agree, and so do kernels.
+#[test]
+fn rays_pass_strands_by_chance() {
+    let wall = |z: f32| -> Vec<Strand> {
+        let strand = |x: i32| [-1.0, 1.0].map(|y| (Vec3::new(x as f32 * 0.1, y, z), 0.1)).to_vec();
+        (-10..=10).map(strand).collect()
+    };
+    let strands: Vec<Strand> = [0.0, 0.5, 1.0].into_iter().flat_map(wall).collect();
+    let scene = transparent_scene(&strands, 0.75);
+    let mut random = Random(9);
+    let mut place = || Vec3::new(random.unit() - 0.5, random.unit() - 0.5, 5.0);
+    let rays: Vec<Ray> = (0..40_000).map(|_| Ray::new(place(), Vec3::NEG_Z)).collect();
+    let mut hits = vec![Hit::MISS; rays.len()];
+    Tracer::new(&scene).intersect_batch(&rays, &mut hits);
+    assert!(hits.iter().all(Hit::is_hit), "opacity is for who asks for it");
+
+    let scene = scene.with_opacity();
+    Tracer::new(&scene).intersect_batch(&rays, &mut hits);
+    let stopped = |range: std::ops::Range<f32>| {
+        hits.iter().filter(|hit| range.contains(&hit.t)).count() as f64 / hits.len() as f64
+    };
+    // Strands of a wall overlap: a ray meets one or two of them, the second of which may stop it behind the first.
+    let all = stopped(0.0..10.0);
+    assert!((1.0 - 0.75f64.powi(3) - 0.02..=1.0 - 0.75f64.powi(6) + 0.02).contains(&all), "{all}");
+    assert!(stopped(3.8..4.2) > stopped(4.3..4.7) && stopped(4.3..4.7) > stopped(4.8..5.2));
+    for &kernel in Kernel::available() {
+        let mut tracer = Tracer::with_kernel(&scene, kernel);
+        let mut occluded = vec![false; rays.len()];
+        tracer.occluded_batch(&rays, &mut occluded);
+        assert!(occluded.iter().zip(&hits).all(|(&occluded, hit)| occluded == hit.is_hit()));
+        assert!(rays.iter().zip(&hits).all(|(ray, hit)| tracer.intersect(ray) == *hit));
     }
 }

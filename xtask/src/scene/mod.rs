@@ -6,15 +6,18 @@
 mod assembly;
 mod atrium;
 mod cornell;
+mod fur;
 mod isosurface;
 mod march;
 mod noise;
 mod pipes;
 mod ply;
+mod polygonize;
 mod random;
 mod refine;
 mod relief;
 mod sink;
+mod solid;
 mod statue;
 #[cfg(test)]
 mod testing;
@@ -31,19 +34,25 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask scene atrium|cornell|isosurface|pipes|statue --triangles N -o DIR [--seed S]; \
-     pipes: [--single-file]; statue: [--mesh FILE]";
+     pipes: [--single-file]; statue: [--mesh FILE]; or cargo xtask scene fur --strands N -o DIR [--seed S]";
 
 /// Makes the scene that the first argument names.
 pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
-    let flags = Flags::parse(arguments, &["--triangles", "-o", "--seed", "--mesh"], &["--single-file"])?;
-    let (Some(triangles), Some(folder), [name]) =
-        (flags.count("--triangles")?, flags.value("-o"), flags.rest.as_slice())
-    else {
+    let options = ["--triangles", "--strands", "-o", "--seed", "--mesh"];
+    let flags = Flags::parse(arguments, &options, &["--single-file"])?;
+    let size = match flags.rest.as_slice() {
+        [name] if name == "fur" => flags.count("--strands")?,
+        _ => flags.count("--triangles")?,
+    };
+    let (Some(triangles), Some(folder), [name]) = (size, flags.value("-o"), flags.rest.as_slice()) else {
         bail!(USAGE)
     };
     let seed = flags.count("--seed")?.unwrap_or(1);
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    if name == "fur" {
+        return make_fur(folder, triangles, seed);
+    }
     let made = match name.as_str() {
         "atrium" => {
             let parts = atrium::parts(triangles, seed)?;
@@ -59,6 +68,14 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         _ => bail!("there is no scene '{name}'; {USAGE}"),
     };
     println!("{}: {made} triangles", folder.join("scene.toml").display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn make_fur(folder: &Path, strands: u64, seed: u64) -> Result<ExitCode> {
+    fur::write_coat(strands, seed, folder)?;
+    let made = assembly::write(&fur::parts()?, 1.0, folder, &fur::MATERIALS)?;
+    write_whole(&folder.join("scene.toml"), fur::SCENE.as_bytes())?;
+    println!("{}: {strands} strands, {made} triangles", folder.join("scene.toml").display());
     Ok(ExitCode::SUCCESS)
 }
 

@@ -31,6 +31,8 @@ pub struct Limited {
     pub size: (u64, u64),
     pub spp: u64,
     pub threads: u64,
+    /// Of `raystrips render`, before those of a picture.
+    pub options: Vec<String>,
     /// A picture that would take longer is made smaller.
     pub most_seconds: f64,
 }
@@ -129,7 +131,7 @@ impl Limited {
         command.arg("-o").arg(folder.path().join("picture.png")).arg("--stats").arg(&stats);
         let (width, height) = ((self.size.0 / divisor).max(1), (self.size.1 / divisor).max(1));
         command.args(["--size", &format!("{width}x{height}"), "--spp", &spp.to_string()]);
-        command.args(["--threads", &self.threads.to_string()]).args(options);
+        command.args(["--threads", &self.threads.to_string()]).args(&self.options).args(options);
         if let Some(memory) = memory {
             command.args(["--memory", &memory.to_string()]);
         }

@@ -3,8 +3,10 @@
 mod basics;
 mod construction;
 mod contestants;
+mod hair;
 mod hierarchy;
 mod layout;
+mod light;
 mod limited;
 mod massive;
 mod memory;
@@ -20,7 +22,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// Prints the table that the first argument names.
-pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
+pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
     let (name, models) = match arguments.split_first() {
         Some((name, models)) => (name.as_str(), models),
         None => ("", arguments),
@@ -34,13 +36,17 @@ pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "construction" => construction::print(models)?,
         "proxy" if !models.is_empty() => proxy::print(models)?,
         "layout" => layout::print(models)?,
+        "light" => light::print(root)?,
+        "hair" if !models.is_empty() => hair::print(models)?,
         "massive" => massive::print(models)?,
         "orderings" | "buffer" | "proxy-size" | "io" | "memory-share" | "threads" | "multi-bvh" | "small" => {
             orders::print(name, models)?;
         }
         _ => bail!(
             "usage: cargo xtask table basics MODEL...\n       \
-             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       {}\n       {}\n       {}\n       {}",
+             cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       \
+             cargo xtask table light\n       \
+             cargo xtask table hair SCENE...\n       {}\n       {}\n       {}\n       {}",
             layout::USAGE,
             proxy::USAGE,
             massive::USAGE,

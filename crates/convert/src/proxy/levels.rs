@@ -196,8 +196,10 @@ struct NewBlocks {
 
 impl NewBlocks {
     fn add(&mut self, Simplified { bytes, triangles }: Simplified) -> Result<(), ConvertError> {
-        self.chunks.push(self.spool.append(bytes).map_err(ConvertError::Scratch)?);
-        self.triangles += triangles;
+        if triangles > 0 {
+            self.chunks.push(self.spool.append(bytes).map_err(ConvertError::Scratch)?);
+            self.triangles += triangles;
+        }
         Ok(())
     }
 

@@ -226,6 +226,15 @@ impl<'a> ClusterView<'a> {
         before.map(|s| self.page.strip(s).primitive_count()).sum::<usize>() + i
     }
 
+    /// Geometry of strip number `strip` of the page.
+    #[inline]
+    pub fn geometry_of_strip(&self, strip: usize) -> u32 {
+        match self.runs() {
+            [only] => only.geometry,
+            _ => self.geometry(self.triangle_index(strip, 0)),
+        }
+    }
+
     /// Geometry of the cluster's triangle `index`.
     pub fn geometry(&self, index: usize) -> u32 {
         let run = self.runs().iter().find(|run| index < run.end as usize);

@@ -25,6 +25,11 @@ pub(crate) trait Shader: Sync {
     /// The beginning of the path of a sample of the pixel at (x, y), which is counted to number `pixel` of a film.
     fn begin(&self, at: [u32; 2], sample_index: u32, pixel: u32) -> (Ray, Path);
 
+    /// Whether shading looks for what is near to a hit, and so wants hits that are near to each other one after the other.
+    fn looks_around(&self) -> bool {
+        false
+    }
+
     /// Shades what `ray` of a path found (`None`: nothing): adds light to the film, asks for shadow rays, and
     /// returns the ray with which the path goes on.
     fn shade(

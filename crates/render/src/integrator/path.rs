@@ -8,7 +8,7 @@
 //!
 //! Partly opaque surfaces let a path pass by chance. Shadow rays take them as opaque, so light through them is
 //! found by chance too: after passing, a path counts what it meets in full. Punctual lights do not shine
-//! through.
+//! through. Of partly opaque strands the tracer decides which rays they stop, so shadows are as light as they should be.
 
 use super::{DirectLight, Pair, Shader};
 use crate::{
@@ -116,7 +116,7 @@ impl Shader for PathTracer<'_> {
             return None;
         };
         path.throughput *= hit.transmittance();
-        let passes = hit.material.alpha < 1.0 && Pair::Survival.of(path)[0] >= hit.material.alpha;
+        let passes = hit.alpha < 1.0 && Pair::Survival.of(path)[0] >= hit.alpha;
         let next = if passes { self.pass(path, ray, hit) } else { self.reflect(path, ray, hit, out) };
         path.segment += 1;
         next

@@ -108,6 +108,10 @@ impl Shader for CameraGather<'_> {
         self.camera.begin(at, sample_index, pixel)
     }
 
+    fn looks_around(&self) -> bool {
+        true
+    }
+
     fn shade(
         &self,
         path: &mut Path,
@@ -123,7 +127,7 @@ impl Shader for CameraGather<'_> {
             return None;
         };
         path.throughput *= hit.transmittance();
-        let next = if Pair::Survival.of(path)[0] >= hit.material.alpha {
+        let next = if Pair::Survival.of(path)[0] >= hit.alpha {
             path.passed += 1;
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {

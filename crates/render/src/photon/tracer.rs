@@ -122,7 +122,7 @@ impl Shader for PhotonTracer<'_> {
         let hit = hit.filter(|_| path.throughput != Vec3::ZERO)?;
         path.throughput *= hit.transmittance();
         let numbers = path.sampler.get_2d(SEGMENTS + path.segment * PAIRS_A_SEGMENT + 2);
-        let next = if numbers[0] >= hit.material.alpha {
+        let next = if numbers[0] >= hit.alpha {
             path.passed += 1;
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {

@@ -83,14 +83,16 @@ pub fn render_queued(
     with_shader(world, params, begin, watch, &|part| {
         let Part { params, shader, materials, begin, watch } = part;
         let frame_bytes = PagePool::frame_bytes(world.pool().pack());
-        let pages_a_read = (paging.read_bytes / frame_bytes).max(1);
+        // Pages of a read that the pool cannot hold with some others would drive each other out.
+        let read_bytes = paging.read_bytes.min(world.pool().capacity() as u64 * frame_bytes / HELD_PARTS);
+        let pages_a_read = (read_bytes / frame_bytes).max(1);
         let limits = Limits {
             start: paging.ray_bytes as usize / RAY_BYTES,
             serve: SERVE_RAYS,
             read_ahead: (world.pool().capacity() as u64 / HELD_PARTS / pages_a_read).clamp(1, READ_AHEAD)
                 as usize,
         };
-        let runs = Runs::new(&world.pool().pack().directory, paging.read_bytes);
+        let runs = Runs::new(&world.pool().pack().directory, read_bytes);
         let starts = Starts::new(params);
         let job = Job {
             world,

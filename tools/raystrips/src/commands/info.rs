@@ -39,7 +39,7 @@ fn open(path: &Path) -> Result<(Pack, Vec<ProxyReport>)> {
 
 /// The JSON that `info` and `convert` share.
 pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Value {
-    let bytes = &manifest.bytes;
+    let (bytes, strand_bytes) = (&manifest.bytes, &manifest.strand_bytes);
     let proxy_bytes: u64 = proxies.iter().map(|proxy| proxy.bytes).sum();
     let named = bytes.tracing() - bytes.page_overhead + bytes.materials + proxy_bytes;
     let other = file_bytes.saturating_sub(named);
@@ -64,6 +64,11 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
         },
         "bytes_per_triangle": manifest.bytes_per_triangle(),
         "bytes_per_segment": manifest.bytes_per_segment(),
+        "strand_bytes": {
+            "vertices": strand_bytes.vertices,
+            "indices": strand_bytes.indices,
+            "nodes": strand_bytes.nodes,
+        },
         "proxy": {"triangles": proxy_triangles(0), "coarse_triangles": proxy_triangles(1)},
         "bounds": {"min": manifest.bounds_min, "max": manifest.bounds_max},
         "scene_offset": manifest.scene_offset,

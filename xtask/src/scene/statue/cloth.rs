@@ -4,8 +4,8 @@
 //! Cloth lies around a body whose sections are ellipses. Folds are noise that is drawn out along them: its absolute
 //! value has round backs with sharp valleys between, as cloth has.
 
-use super::solid::{ellipse, step};
 use crate::scene::noise::Noise;
+use crate::scene::solid::{ellipse, step};
 use glam::{DVec2, DVec3};
 
 /// Height and radii of the body with the robe, from the ground up.

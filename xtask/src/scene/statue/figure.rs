@@ -3,7 +3,7 @@
 use super::cloth::Cloth;
 use super::head::Head;
 use super::pose::Pose;
-use super::solid::{Solid, ball, block, ellipsoid, join, limb};
+use crate::scene::solid::{Solid, ball, block, ellipsoid, join, limb};
 use glam::DVec3;
 
 /// The middle of the head.

@@ -1,7 +1,7 @@
 //! The head of a figure: skull, face, hair, and a wreath around it. It looks along z, the ears being at height 0.
 
-use super::solid::{ball, cut, ellipsoid, join, limb, step};
 use crate::scene::noise::Noise;
+use crate::scene::solid::{ball, cut, ellipsoid, join, limb, step};
 use glam::{DVec2, DVec3};
 
 /// Everything is nearer to the middle of the head than this.

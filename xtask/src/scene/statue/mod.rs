@@ -6,16 +6,14 @@ mod cloth;
 mod figure;
 mod head;
 mod mesh_file;
-mod polygonize;
 mod pose;
-mod solid;
 
 use super::assembly::Part;
+use super::polygonize::polygonize;
 use super::refine::{BaseMesh, Placement};
 use super::relief::Relief;
 use anyhow::{Result, bail};
 use figure::{BOUNDS, Figure};
-use polygonize::polygonize;
 use pose::Pose;
 use std::path::Path;
 

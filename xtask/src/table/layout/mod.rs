@@ -141,6 +141,7 @@ impl Setting {
 
     fn limited(&self, size: (u64, u64), spp: u64) -> Limited {
         Limited {
+            options: Vec::new(),
             raystrips: self.raystrips.clone(),
             limits: self.limits.clone(),
             size,

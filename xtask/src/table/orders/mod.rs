@@ -14,21 +14,43 @@ use std::process::Command;
 
 /// How it is called.
 pub const USAGE: &str = "cargo xtask table orderings|buffer|proxy-size|io|memory-share|threads|multi-bvh|small -o DIR [--limits with_limits.sh] \
-     [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell] [--size 640x480] [--spp 8] [--threads 2] \
+     [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell|fur] [--integrator path|photon] [--size 640x480] [--spp 8] [--threads 2] \
      [--seconds 300] [--orders hph,queues] [--plot OUT.svg] [--pack FILE.rsp]";
 
 /// A scene of the paper, what stands for it here, and the share of it that was in memory there.
 struct PaperScene {
     name: &'static str,
-    triangles: f64,
+    /// Option of `xtask scene` that tells its size, and triangles or strands.
+    size: (&'static str, f64),
     percent: u64,
     /// Speed-ups over no order in table III: hph, hph-dir, origin-dir, origin, chunks.
-    speedups: [f64; 5],
+    speedups: [&'static str; 5],
+    /// How it was rendered there.
+    options: &'static [&'static str],
 }
 
-const SCENES: [PaperScene; 2] = [
-    PaperScene { name: "atrium", triangles: 104e6, percent: 24, speedups: [16.65, 6.36, 5.19, 5.16, 13.69] },
-    PaperScene { name: "cornell", triangles: 128e6, percent: 19, speedups: [12.28, 5.36, 2.29, 1.7, 28.61] },
+const SCENES: [PaperScene; 3] = [
+    PaperScene {
+        name: "atrium",
+        size: ("--triangles", 104e6),
+        percent: 24,
+        speedups: ["16.65", "6.36", "5.19", "5.16", "13.69"],
+        options: &[],
+    },
+    PaperScene {
+        name: "cornell",
+        size: ("--triangles", 128e6),
+        percent: 19,
+        speedups: ["12.28", "5.36", "2.29", "1.7", "28.61"],
+        options: &["--integrator", "photon", "--photons-nearest", "100", "--photon-passes", "1"],
+    },
+    PaperScene {
+        name: "fur",
+        size: ("--strands", 32e6),
+        percent: 37,
+        speedups: ["3.77", "5.91", "3.49", "0.89", "not given"],
+        options: &[],
+    },
 ];
 
 /// Orders of table III, in the order of the paper's speed-ups, then ours.
@@ -106,6 +128,7 @@ impl Setting {
             "--threads",
             "--seconds",
             "--orders",
+            "--integrator",
             "--plot",
             "--pack",
         ];
@@ -116,8 +139,15 @@ impl Setting {
         let scene = named("--scene", "atrium");
         let size = named("--size", "640x480");
         let size = size.split_once('x').context("--size: not like 640x480")?;
+        let scene =
+            SCENES.iter().find(|s| s.name == scene).context("--scene: none of atrium, cornell, fur")?;
+        let options = match flags.value("--integrator") {
+            Some(integrator) => vec!["--integrator".to_owned(), integrator.to_owned()],
+            None => scene.options.iter().map(|&option| option.to_owned()).collect(),
+        };
         Ok(Setting {
             limited: Limited {
+                options,
                 raystrips: programs::raystrips()?,
                 limits: std::path::absolute(named("--limits", "../shared/tools/with_limits.sh"))?,
                 size: (size.0.parse().context("--size")?, size.1.parse().context("--size")?),
@@ -127,7 +157,7 @@ impl Setting {
             },
             folder: std::path::absolute(folder)?,
             disk: DISKS.iter().find(|d| d.name == disk).context("--disk: none of hdd, slow, ssd, as-is")?,
-            scene: SCENES.iter().find(|s| s.name == scene).context("--scene: neither atrium nor cornell")?,
+            scene,
             scale: named("--scale", "1").parse().context("--scale")?,
             pack: flags.value("--pack").map(std::path::absolute).transpose()?,
             orders: flags.value("--orders").iter().flat_map(|o| o.split(',')).map(str::to_owned).collect(),
@@ -151,12 +181,13 @@ impl Setting {
         if let Some(pack) = &self.pack {
             return Ok(pack.clone());
         }
-        let triangles = ((self.scene.triangles * self.scale) as u64).to_string();
-        let folder = self.folder.join(format!("{}-{triangles}", self.scene.name));
+        let (option, size) = self.scene.size;
+        let size = ((size * self.scale) as u64).to_string();
+        let folder = self.folder.join(format!("{}-{size}", self.scene.name));
         let pack = folder.with_extension("rsp");
         if !pack.exists() {
             let mut command = Command::new(std::env::current_exe()?);
-            command.args(["scene", self.scene.name, "--triangles", &triangles, "-o"]).arg(&folder);
+            command.args(["scene", self.scene.name, option, &size, "-o"]).arg(&folder);
             programs::output(&mut command)?;
             let mut command = Command::new(&self.limited.raystrips);
             programs::output(command.arg("convert").arg(folder.join("scene.toml")).arg("-o").arg(&pack))?;
@@ -204,7 +235,7 @@ impl Setting {
         row("none", "1", 1.0, largest);
         let is_wanted =
             |name: &str| self.orders.is_empty() || self.orders.iter().any(|wanted| wanted == name);
-        let papers = PAPER_ORDERS.iter().zip(self.scene.speedups.map(|paper| paper.to_string()));
+        let papers = PAPER_ORDERS.iter().zip(self.scene.speedups.map(str::to_owned));
         let others = OTHER_ORDERS.iter().map(|name| (name, String::new()));
         for (name, paper) in papers.chain(others).filter(|(name, _)| is_wanted(name)) {
             order(name, &paper, &["--reorder", name])?;
@@ -327,6 +358,7 @@ impl Setting {
                     threads,
                     raystrips: self.limited.raystrips.clone(),
                     limits: self.limited.limits.clone(),
+                    options: self.limited.options.clone(),
                     ..self.limited
                 };
                 let measured =

@@ -126,7 +126,7 @@ fn on_surface(solid: &impl Solid, p: DVec3, size: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::statue::solid::ball;
+    use crate::scene::solid::ball;
 
     struct Ball;
 
