@@ -7,8 +7,9 @@
 use crate::layout::Layout;
 use crate::layout::nodes::{PageNodes, PlacedNode};
 use crate::layout::pages::order_pages;
+use glam::Vec3;
 use rayon::prelude::*;
-use raystrips_geom::{Aabb, RadiusCode};
+use raystrips_geom::{Aabb, Frame, RadiusCode};
 use raystrips_layout::Permutation;
 use raystrips_pack::layout::{
     ALIGNMENT, ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
@@ -169,11 +170,19 @@ fn build_page<'a>(
     let first_group = roots[0].1.items().start;
     let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
-    let mut page = PageContents { built, builder: PageBuilder::new(style.radii), first_cluster };
-    for cluster in &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize] {
+    let clusters = &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize];
+    let boxes = Boxes { frame: frame_of(clusters, &style), radii: style.radii };
+    let builder = PageBuilder::new(style.radii, boxes.frame);
+    let mut page = PageContents { built, builder, first_cluster, boxes };
+    for cluster in clusters {
         page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
     }
-    let nodes = PageNodes::new(&roots.iter().map(|root| root.1).collect::<Vec<&Bvh>>());
+    let turned: Vec<Bvh> = roots.iter().filter_map(|root| page.turned(root.1)).collect();
+    let roots: Vec<&Bvh> = match turned.is_empty() {
+        true => roots.iter().map(|root| root.1).collect(),
+        false => turned.iter().collect(),
+    };
+    let nodes = PageNodes::new(&roots);
     page.builder.reserve_nodes(nodes.count());
     nodes.placed(style.layout).into_iter().for_each(|node| page.node(node));
     (page.builder, nodes.depths)
@@ -189,13 +198,82 @@ fn strip_parts(strip: &Strip) -> StripParts<'_> {
     }
 }
 
+/// Strands that point this much the same way have boxes along it: length of the mean of their directions.
+const LEAST_ALIKE: f32 = 0.5;
+
+/// The frame for the boxes of clusters of strands; none for triangles, and where strands run in all directions.
+fn frame_of(clusters: &[Cluster], style: &PageStyle) -> Option<Frame> {
+    let strands = || clusters.iter().flat_map(|c| c.strips.iter().map(move |strip| (c, strip)));
+    if strands().any(|(_, strip)| strip.radii.is_empty()) {
+        return None;
+    }
+    let ends = |(cluster, strip): (&Cluster, &Strip)| {
+        let vertex = |r: &u8| cluster.vertices[usize::from(*r)];
+        (strip.refs.first().map_or(Vec3::ZERO, vertex), strip.refs.last().map_or(Vec3::ZERO, vertex))
+    };
+    let count = strands().count() as f32;
+    let directions = strands().map(ends).map(|(a, b)| (b - a).normalize_or_zero());
+    let mean = directions.sum::<Vec3>() / count;
+    let direction = mean.try_normalize().filter(|_| mean.length() > LEAST_ALIKE)?;
+    let around = |frame| {
+        let boxes = Boxes { frame: Some(frame), radii: style.radii };
+        strands().fold(Aabb::EMPTY, |all, (cluster, strip)| all.union(boxes.of_strip(cluster, strip)))
+    };
+    // Zero is in the middle of the grid, so that belongs into the middle of what is there.
+    let first = Frame::along(strands().next().map(ends)?.0, direction);
+    let [x, y, z] = first.axes();
+    let middle = around(first).center();
+    Some(Frame { origin: first.origin + x * middle.x + y * middle.y + z * middle.z, ..first })
+}
+
+/// How boxes of strips are found.
+#[derive(Clone, Copy)]
+struct Boxes {
+    frame: Option<Frame>,
+    radii: RadiusCode,
+}
+
+impl Boxes {
+    fn of_strip(&self, cluster: &Cluster, strip: &Strip) -> Aabb {
+        let Some(frame) = self.frame else { return strip.bounds };
+        let points = strip.refs.iter().zip(&strip.radii);
+        let ball = |(&vertex, &code): (&u8, &u8)| {
+            frame.ball_bounds(cluster.vertices[usize::from(vertex)], self.radii.decode(code))
+        };
+        points.map(ball).fold(Aabb::EMPTY, |all, ball| all.union(ball))
+    }
+}
+
 struct PageContents<'a> {
     built: &'a StripTree,
     builder: PageBuilder<'a>,
     first_cluster: u32,
+    boxes: Boxes,
 }
 
 impl PageContents<'_> {
+    /// The same hierarchy with boxes as seen from the page's frame, if it has one.
+    fn turned(&self, tree: &Bvh) -> Option<Bvh> {
+        self.boxes.frame.map(|_| self.turned_tree(tree))
+    }
+
+    fn turned_tree(&self, tree: &Bvh) -> Bvh {
+        match tree {
+            Bvh::Leaf { items, .. } => {
+                let (cluster, place) = self.built.groups[items.start];
+                let cluster = &self.built.clusters[cluster as usize];
+                let strips = &cluster.strips[cluster.groups[place as usize].clone()];
+                let boxes = strips.iter().map(|strip| self.boxes.of_strip(cluster, strip));
+                Bvh::Leaf { bounds: boxes.fold(Aabb::EMPTY, |all, b| all.union(b)), items: items.clone() }
+            }
+            Bvh::Inner { children, .. } => {
+                let children = [0, 1].map(|i| self.turned_tree(&children[i]));
+                let bounds = children[0].bounds().union(children[1].bounds());
+                Bvh::Inner { bounds, children: Box::new(children) }
+            }
+        }
+    }
+
     /// Says what a node is: one over others, or that of the strips of a group.
     fn node(&mut self, node: PlacedNode) {
         match node.children.as_slice() {
@@ -213,7 +291,8 @@ impl PageContents<'_> {
         let built = &self.built.clusters[cluster as usize];
         let strips = built.groups[place as usize].clone();
         let (cluster, first) = ((cluster - self.first_cluster) as u8, strips.start as u16);
-        let bounds: Vec<Aabb> = built.strips[strips].iter().map(|s| s.bounds).collect();
+        let bounds: Vec<Aabb> =
+            built.strips[strips].iter().map(|strip| self.boxes.of_strip(built, strip)).collect();
         self.builder.set_node(number, bounds, Children::Strips { cluster, first });
     }
 }

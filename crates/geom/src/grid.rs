@@ -102,6 +102,17 @@ impl PageGrid {
         PageGrid { origin: bounds.min, exponent }
     }
 
+    /// The finest grid that covers `bounds` and has zero in its middle: [`PageGrid::around_zero`].
+    pub fn covering_around_zero(bounds: &Aabb) -> PageGrid {
+        let greatest = bounds.max.max(-bounds.min).max(Vec3::ZERO);
+        PageGrid::around_zero(PageGrid::covering(&Aabb { min: -greatest, max: greatest }).exponent)
+    }
+
+    /// The grid whose plane 32768 is at zero on each axis.
+    pub fn around_zero(exponent: [i8; 3]) -> PageGrid {
+        PageGrid { origin: Vec3::from_array(exponent.map(|e| -32768.0 * power_of_two(e))), exponent }
+    }
+
     /// Position of plane `q`, exact unless 53 bits cannot hold it.
     pub fn plane(&self, axis: usize, q: u16) -> f64 {
         f64::from(self.origin[axis]) + f64::from(q) * f64::from(power_of_two(self.exponent[axis]))

@@ -5,6 +5,7 @@
 
 pub mod aabb;
 pub mod curve;
+pub mod frame;
 pub mod grid;
 pub mod morton;
 pub mod ray;
@@ -13,6 +14,7 @@ pub mod strand;
 pub mod strip;
 
 pub use aabb::Aabb;
+pub use frame::Frame;
 pub use grid::{NodeGrid, PageGrid, Subgrid};
 pub use ray::{Hit, Ray};
 pub use strand::{RadiusCode, Segment, Shape};

@@ -3,7 +3,7 @@
 use crate::vertices::VertexCode;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use raystrips_geom::{Aabb, NodeGrid, PageGrid, RadiusCode, Subgrid};
+use raystrips_geom::{Aabb, Frame, NodeGrid, PageGrid, RadiusCode, Subgrid};
 
 /// First bytes of a pack. As in PNG: a byte that is not text, a name, line ends that a text transfer would
 /// change, and the end-of-file character of old systems.
@@ -296,14 +296,29 @@ pub struct PageHeader {
     pub radius_base: u32,
     /// log2 of the distance of bits from the radius of one code to that of the next.
     pub radius_shift: u32,
-    /// Zero.
-    pub reserved: [u32; 4],
+    /// The turn from the axes of the scene to those of the boxes: a quaternion x, y, z, w. All zero: none.
+    pub turn: [f32; 4],
 }
 
 impl PageHeader {
-    /// The page's grid.
+    /// The page's grid; in its frame, if it has one.
     pub fn grid(&self) -> PageGrid {
-        PageGrid { origin: Vec3::from_array(self.grid_origin), exponent: self.grid_exponent }
+        match self.is_turned() {
+            true => PageGrid::around_zero(self.grid_exponent),
+            false => PageGrid { origin: Vec3::from_array(self.grid_origin), exponent: self.grid_exponent },
+        }
+    }
+
+    /// Whether boxes are along other axes than those of the scene.
+    #[inline(always)]
+    pub fn is_turned(&self) -> bool {
+        self.turn != [0.0; 4]
+    }
+
+    /// The frame that boxes are in, if the page is turned.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        Frame { origin: Vec3::from_array(self.grid_origin), turn: self.turn }
     }
 
     /// How radii of strands are stored.

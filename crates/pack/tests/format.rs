@@ -53,7 +53,7 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
             nodes_offset,
             radius_base,
             radius_shift,
-            reserved
+            turn
         }),
         record!(ClusterHeader {
             offset,

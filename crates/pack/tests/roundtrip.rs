@@ -186,7 +186,7 @@ fn windows_of_strands_come_back() {
         .collect();
     let parts =
         windows.iter().map(|(refs, radii)| StripParts { refs, turns: &[0], splits: &[], radii, geometry: 0 });
-    let mut page = PageBuilder::new(code);
+    let mut page = PageBuilder::new(code, None);
     let root = page.reserve_nodes(1);
     let cluster = page.cluster(&vertices, parts.collect());
     let bounds = vec![Aabb { min: Vec3::ZERO, max: Vec3::splat(SIZE) }; windows.len()];

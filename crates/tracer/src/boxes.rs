@@ -7,8 +7,10 @@
 //! behind the hit of a triangle in it, as that is computed ([`crate::window`]). The slack is found once for each
 //! page, not in each node, where it would be at the beginning of a chain of operations that wait for each other.
 
-use crate::prepared::PreparedRay;
+use crate::prepared::{PreparedRay, inverse_direction};
 use crate::simd::{LANES, Simd};
+use glam::Vec3;
+use raystrips_geom::Frame;
 use raystrips_pack::layout::{PageHeader, TopNode, WideNode};
 
 /// Widening relative to the distance of the farthest corner: 32 units of 2^-24. All roundings of a box test and of
@@ -27,24 +29,63 @@ pub(crate) struct RayGrid {
     pub lo: [f32; LANES],
     /// As an upper bound of a box: moved up.
     pub hi: [f32; LANES],
+    /// Inverse direction of the ray along the axes of the boxes.
+    inv_dir: [f32; 4],
 }
 
 impl RayGrid {
-    pub const NONE: RayGrid = RayGrid { step: [0.0; LANES], lo: [0.0; LANES], hi: [0.0; LANES] };
+    pub const NONE: RayGrid =
+        RayGrid { step: [0.0; LANES], lo: [0.0; LANES], hi: [0.0; LANES], inv_dir: [0.0; 4] };
 
     #[inline(always)]
     pub fn of_page<S: Simd>(s: S, page: &PageHeader, ray: &PreparedRay) -> RayGrid {
+        if page.is_turned() {
+            return RayGrid::of_turned_page(s, page, ray);
+        }
         let (origin, spacing) = page_grid(s, page);
-        let slack = slack(s, origin, s.mul(spacing, s.splat(f32::from(u16::MAX))), ray);
-        let start = Start::new(s, origin, spacing, slack, ray);
-        RayGrid { step: s.store(start.step), lo: s.store(start.lo), hi: s.store(start.hi) }
+        RayGrid::new(s, origin, spacing, &Line { org: ray.org, inv_dir: ray.inv_dir })
+    }
+
+    #[inline(always)]
+    fn of_turned_page<S: Simd>(s: S, page: &PageHeader, ray: &PreparedRay) -> RayGrid {
+        let (_, spacing) = page_grid(s, page);
+        let origin = s.mul(spacing, s.splat(-32768.0));
+        RayGrid::new(s, origin, spacing, &Line::turned(&page.frame(), ray))
+    }
+
+    #[inline(always)]
+    fn new<S: Simd>(s: S, origin: S::F, spacing: S::F, line: &Line) -> RayGrid {
+        let slack = slack(s, origin, s.mul(spacing, s.splat(f32::from(u16::MAX))), &line.org);
+        let start = Start::new(s, origin, spacing, slack, line);
+        RayGrid {
+            step: s.store(start.step),
+            lo: s.store(start.lo),
+            hi: s.store(start.hi),
+            inv_dir: line.inv_dir,
+        }
+    }
+}
+
+/// Where a ray runs, along the axes of boxes.
+struct Line {
+    org: [f32; 4],
+    inv_dir: [f32; 4],
+}
+
+impl Line {
+    /// Seen from a frame. What is rounded here is a few units of the distance to the frame, which the slack covers.
+    #[inline(always)]
+    fn turned(frame: &Frame, ray: &PreparedRay) -> Line {
+        let org = frame.turned(Vec3::new(ray.org[0], ray.org[1], ray.org[2]) - frame.origin);
+        let inv_dir = inverse_direction(frame.turned(ray.direction().as_vec3()));
+        Line { org: [org.x, org.y, org.z, 0.0], inv_dir }
     }
 }
 
 /// What box tests must allow for in a box of that `origin` and `extent`, in scene units, in all lanes.
 #[inline(always)]
-fn slack<S: Simd>(s: S, origin: S::F, extent: S::F, ray: &PreparedRay) -> S::F {
-    let reach = s.add(s.abs(s.sub(origin, s.load_twice(&ray.org))), extent);
+fn slack<S: Simd>(s: S, origin: S::F, extent: S::F, org: &[f32; 4]) -> S::F {
+    let reach = s.add(s.abs(s.sub(origin, s.load_twice(org))), extent);
     let reach = s.max(s.max(s.spread::<0>(reach), s.spread::<1>(reach)), s.spread::<2>(reach));
     s.mul(reach, s.splat(RELATIVE_SLACK))
 }
@@ -53,7 +94,7 @@ fn slack<S: Simd>(s: S, origin: S::F, extent: S::F, ray: &PreparedRay) -> S::F {
 #[inline(always)]
 pub(crate) fn top_slack<S: Simd>(s: S, root: &TopNode, ray: &PreparedRay) -> [f32; LANES] {
     let (origin, spacing) = top_grid(s, root);
-    s.store(slack(s, origin, s.mul(spacing, s.splat(f32::from(u8::MAX))), ray))
+    s.store(slack(s, origin, s.mul(spacing, s.splat(f32::from(u8::MAX))), &ray.org))
 }
 
 /// Origin and spacing of a page's grid.
@@ -95,7 +136,7 @@ pub(crate) fn page_slabs<S: Simd>(
     let origin = s.convert_u16_twice(words[0]);
     let page_step = s.load(&page.step);
     let start = Start {
-        step: s.mul(s.powers_of_two_twice(words[1] as u32), s.load_twice(&ray.inv_dir)),
+        step: s.mul(s.powers_of_two_twice(words[1] as u32), s.load_twice(&page.inv_dir)),
         lo: s.mul_add(origin, page_step, s.load(&page.lo)),
         hi: s.mul_add(origin, page_step, s.load(&page.hi)),
     };
@@ -113,7 +154,8 @@ pub(crate) fn top_slabs<S: Simd>(
 ) -> Slabs<S::F> {
     let words: &[u64; 12] = bytemuck::cast_ref(node);
     let (origin, spacing) = top_grid(s, node);
-    let start = Start::new(s, origin, spacing, s.load(slack), ray);
+    let line = Line { org: ray.org, inv_dir: ray.inv_dir };
+    let start = Start::new(s, origin, spacing, s.load(slack), &line);
     slabs(s, words.first_chunk().expect("eight of twelve"), &start, ray, limit)
 }
 
@@ -126,9 +168,9 @@ struct Start<F> {
 
 impl<F: Copy> Start<F> {
     #[inline(always)]
-    fn new<S: Simd<F = F>>(s: S, origin: F, spacing: F, slack: F, ray: &PreparedRay) -> Start<F> {
-        let inv_dir = s.load_twice(&ray.inv_dir);
-        let away = s.sub(origin, s.load_twice(&ray.org));
+    fn new<S: Simd<F = F>>(s: S, origin: F, spacing: F, slack: F, line: &Line) -> Start<F> {
+        let inv_dir = s.load_twice(&line.inv_dir);
+        let away = s.sub(origin, s.load_twice(&line.org));
         let (most, least) = (s.splat(FARTHEST), s.splat(-FARTHEST));
         Start {
             step: s.mul(spacing, inv_dir),
@@ -147,7 +189,7 @@ pub(crate) struct Planes<F> {
 }
 
 impl<F: Copy> Planes<F> {
-    /// Of a node in a page with header `page`.
+    /// Of a node in a page with header `page`, which is not turned.
     #[inline(always)]
     pub fn of_page_node<S: Simd<F = F>>(
         s: S,
@@ -157,7 +199,7 @@ impl<F: Copy> Planes<F> {
     ) -> Planes<F> {
         let words: &[u64; 8] = bytemuck::cast_ref(node);
         let (page_origin, page_spacing) = page_grid(s, page);
-        let slack = slack(s, page_origin, s.mul(page_spacing, s.splat(f32::from(u16::MAX))), ray);
+        let slack = slack(s, page_origin, s.mul(page_spacing, s.splat(f32::from(u16::MAX))), &ray.org);
         let away = s.sub(page_origin, s.load_twice(&ray.org));
         let away = s.mul_add(s.convert_u16_twice(words[0]), page_spacing, away);
         Planes::new(s, words, s.powers_of_two_twice(words[1] as u32), s.sub(away, slack), s.add(away, slack))

@@ -109,7 +109,10 @@ impl Packet {
             if here.tnear > self.farthest {
                 continue;
             }
-            if here.active.count_ones() <= FEW {
+            // Turned boxes are for single rays: a packet keeps together along the axes of the scene.
+            let is_in_turned_page =
+                matches!(Step::of(here.link), Step::NODE | Step::STRIP) && view.header().is_turned();
+            if here.active.count_ones() <= FEW || is_in_turned_page {
                 self.go_on_alone(s, pages, single, (page, view), &here)?;
                 self.farthest = self.farthest_limit(s);
                 continue;
@@ -179,8 +182,7 @@ impl Packet {
                 self.candidates.test(s, ray);
                 let head = WindowHead(*head);
                 self.candidates.meet(s, ray, |hit| {
-                    if !head.is_strand() || opacity::stops(pages, &cluster, number, ray, best.place_of(&hit))
-                    {
+                    if !head.is_strand() || opacity::stops(pages, &cluster, number, ray, &hit) {
                         best.hit(head, false, 0, hit);
                     }
                 });

@@ -1,6 +1,6 @@
 //! What all tests of one ray share, computed once.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use raystrips_geom::Ray;
 
 /// A direction component is taken for at least this share of the largest when it is inverted for box tests. Over
@@ -38,15 +38,12 @@ impl PreparedRay {
             2
         };
         let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        let least = size[kz] * LEAST_SHARE;
-        let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
-        let inv_dir = [inverse(ray.dir.x), inverse(ray.dir.y), inverse(ray.dir.z)];
         let exact_inverse_z = 1.0 / f64::from(ray.dir[kz]);
         let exact_shear =
             [f64::from(ray.dir[kx]) * exact_inverse_z, f64::from(ray.dir[ky]) * exact_inverse_z];
         PreparedRay {
             org: [ray.org.x, ray.org.y, ray.org.z, 0.0],
-            inv_dir: [inv_dir[0], inv_dir[1], inv_dir[2], 0.0],
+            inv_dir: inverse_direction(ray.dir),
             tnear: ray.tnear,
             tfar: ray.tfar,
             axes: [kx as u32, ky as u32, kz as u32],
@@ -67,4 +64,12 @@ impl PreparedRay {
         }
         DVec3::from_array(dir)
     }
+}
+
+/// The inverse of a direction for box tests: finite.
+#[inline(always)]
+pub(crate) fn inverse_direction(dir: Vec3) -> [f32; 4] {
+    let least = dir.abs().max_element() * LEAST_SHARE;
+    let inverse = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
+    [inverse(dir.x), inverse(dir.y), inverse(dir.z), 0.0]
 }

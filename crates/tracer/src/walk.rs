@@ -294,9 +294,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
                 let head = WindowHead(*head);
                 let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
                 candidates.meet(s, &self.ray, |hit| {
-                    if !head.is_strand()
-                        || opacity::stops(pages, &cluster, number, &self.ray, best.place_of(&hit))
-                    {
+                    if !head.is_strand() || opacity::stops(pages, &cluster, number, &self.ray, &hit) {
                         best.hit(head, false, 0, hit);
                     }
                 });
@@ -368,14 +366,6 @@ impl<const ANY: bool> Best<ANY> {
     pub fn new(tfar: f32) -> Best<ANY> {
         let hit = Hit { t: tfar, ..Hit::MISS };
         Best { hit, greatest_key: greatest_key(tfar), locator: Locator::page(0) }
-    }
-}
-
-impl<const ANY: bool> Best<ANY> {
-    /// Place of what was hit in the first window of the present strip.
-    #[inline(always)]
-    pub fn place_of(&self, hit: &WindowHit) -> Locator {
-        self.locator.with_triangle(hit.triangle)
     }
 }
 

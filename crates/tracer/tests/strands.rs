@@ -42,13 +42,13 @@ fn transparent_scene(strands: &[Strand], transparency: f32) -> Scene {
     Scene::open(&output).unwrap()
 }
 
-/// Curled strands of some length with radii that vary along them.
-fn fur(count: usize, radius: f32) -> Vec<Strand> {
+/// Curled strands of some length with radii that vary along them, all leaning to one side.
+fn fur(count: usize, radius: f32, lean: Vec3) -> Vec<Strand> {
     let mut random = Random(7);
     let mut strand = || {
         let points = 2 + (random.unit() * 14.0) as usize;
         let mut p = Vec3::new(random.unit(), random.unit(), random.unit());
-        let mut step = random.direction() * 0.04;
+        let mut step = (random.direction() + lean).normalize() * 0.04;
         let mut next = || {
             step = (step + random.direction() * 0.015).normalize() * 0.04;
             p += step;
@@ -102,8 +102,17 @@ fn enter(ray: &Ray, segment: &Segment) -> (f64, f64) {
 
 #[test]
 fn hits_are_those_of_every_segment_tried() {
-    let strands = fur(200, 0.006);
-    let scene = scene(&strands);
+    check_hits(&fur(200, 0.006, Vec3::ZERO));
+}
+
+/// Here boxes are turned.
+#[test]
+fn hits_of_combed_hair_are_those_of_every_segment_tried() {
+    check_hits(&fur(200, 0.006, Vec3::new(2.0, 1.0, -3.0)));
+}
+
+fn check_hits(strands: &[Strand]) {
+    let scene = scene(strands);
     let segments: Vec<Segment> = strands
         .iter()
         .flat_map(|strand| strand.windows(2))
@@ -149,14 +158,18 @@ fn ball_at(segment: &Segment, share: f32) -> (DVec3, f64) {
 
 #[test]
 fn kernels_agree_and_packets_and_batches_too() {
-    let scene = scene(&fur(2000, 0.003));
+    check_kernels(&scene(&fur(2000, 0.003, Vec3::ZERO)));
+    check_kernels(&scene(&fur(2000, 0.003, Vec3::new(1.0, 2.0, 1.0))));
+}
+
+fn check_kernels(scene: &Scene) {
     let rays = rays(20_000);
     let mut expected = vec![Hit::MISS; rays.len()];
-    Tracer::with_kernel(&scene, Kernel::available()[0]).intersect_batch(&rays, &mut expected);
+    Tracer::with_kernel(scene, Kernel::available()[0]).intersect_batch(&rays, &mut expected);
     assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 2000);
     let camera: Vec<Ray> = rays.iter().map(|ray| Ray::new(Vec3::splat(-2.0), ray.dir.abs())).collect();
     for &kernel in Kernel::available() {
-        let mut tracer = Tracer::with_kernel(&scene, kernel);
+        let mut tracer = Tracer::with_kernel(scene, kernel);
         let mut hits = vec![Hit::MISS; rays.len()];
         tracer.intersect_batch(&rays, &mut hits);
         assert!(hits == expected, "{}", kernel.name());

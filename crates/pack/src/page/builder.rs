@@ -10,7 +10,7 @@ use crate::strip_record::{
 use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
 use raystrips_geom::strip::PlaneSplit;
-use raystrips_geom::{Aabb, PageGrid, RadiusCode, Subgrid};
+use raystrips_geom::{Aabb, Frame, PageGrid, RadiusCode, Subgrid};
 
 /// A strip of triangles or a window of a strand, to be stored.
 #[derive(Clone, Debug)]
@@ -72,6 +72,7 @@ pub struct PageBuilder<'a> {
     clusters: Vec<Cluster<'a>>,
     strip_count: usize,
     radius_code: RadiusCode,
+    frame: Option<Frame>,
 }
 
 /// A finished page.
@@ -93,9 +94,10 @@ pub struct BuiltPage {
 }
 
 impl<'a> PageBuilder<'a> {
-    /// A page whose strands, if it has any, have their radii in this code.
-    pub fn new(radius_code: RadiusCode) -> PageBuilder<'a> {
-        PageBuilder { radius_code, ..PageBuilder::default() }
+    /// A page whose strands, if it has any, have their radii in this code. The boxes of its nodes are given as seen from
+    /// `frame`, if there is one.
+    pub fn new(radius_code: RadiusCode, frame: Option<Frame>) -> PageBuilder<'a> {
+        PageBuilder { radius_code, frame, ..PageBuilder::default() }
     }
 
     /// Adds a cluster and gives its number.
@@ -141,7 +143,10 @@ impl<'a> PageBuilder<'a> {
         let set = |n: Option<Node>| n.expect("every node that was reserved is set");
         let nodes: Vec<Node> = self.nodes.into_iter().map(set).collect();
         let bounds = nodes.iter().flat_map(|n| &n.bounds).fold(Aabb::EMPTY, |all, b| all.union(*b));
-        let grid = PageGrid::covering(&bounds);
+        let grid = match self.frame {
+            Some(_) => PageGrid::covering_around_zero(&bounds),
+            None => PageGrid::covering(&bounds),
+        };
         let mut counts = ByteCounts::default();
         let strips = || self.clusters.iter().flat_map(|c| &c.strips);
         let max_windows = strips().map(|s| s.turns.len()).max().unwrap_or(0).max(1);
@@ -156,14 +161,14 @@ impl<'a> PageBuilder<'a> {
             cluster_count: body.headers.len() as u16,
             triangle_count: body.triangle_count,
             first_triangle,
-            grid_origin: grid.origin.to_array(),
+            grid_origin: self.frame.map_or(grid.origin, |frame| frame.origin).to_array(),
             grid_exponent: grid.exponent,
             max_windows: max_windows as u8,
             strip_count: self.strip_count as u32,
             nodes_offset: nodes_offset as u32,
             radius_base: radius_code.base,
             radius_shift: radius_code.shift,
-            reserved: [0; 4],
+            turn: self.frame.map_or([0.0; 4], |frame| frame.turn),
         };
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&body.headers));

@@ -55,7 +55,7 @@ fn check_contents(
     if !grid_is_sane(header) {
         return Err("bad grid".into());
     }
-    if header.reserved != [0; 4] || header.max_windows == 0 {
+    if !turn_is_sane(header) || header.max_windows == 0 {
         return Err("bad header".into());
     }
     let last_triangle = header.first_triangle.checked_add(u64::from(header.triangle_count));
@@ -187,6 +187,13 @@ fn grid_is_sane(header: &PageHeader) -> bool {
     let grid = header.grid();
     grid.exponent.iter().all(|&e| e > -127)
         && (0..3).all(|axis| grid.origin[axis].is_finite() && is_f32(grid.plane(axis, u16::MAX)))
+}
+
+/// True where the page is not turned, or by a quaternion of unit length at about.
+fn turn_is_sane(header: &PageHeader) -> bool {
+    let length_squared = header.turn.iter().map(|x| x * x).sum::<f32>();
+    !header.is_turned()
+        || (0.99..1.01).contains(&length_squared) && header.grid_origin.iter().all(|x| x.is_finite())
 }
 
 fn is_f32(x: f64) -> bool {

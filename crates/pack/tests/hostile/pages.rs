@@ -85,7 +85,9 @@ fn page_headers_are_checked() {
     refused(&page(|p| p.nodes_offset -= 64), "bytes left over");
     refused(&page(|p| p.nodes_offset = 0), "bytes left over");
     refused(&page(|p| p.nodes_offset = u32::MAX), "shorter than its nodes");
-    refused(&page(|p| p.reserved[3] = 1), "bad header");
+    refused(&page(|p| p.turn[3] = 0.5), "bad header");
+    refused(&page(|p| p.turn[0] = f32::NAN), "bad header");
+    refused(&page(|p| p.turn[1] = f32::INFINITY), "bad header");
 }
 
 /// Lengths that differ from what the parts of a page need.

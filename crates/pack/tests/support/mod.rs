@@ -76,7 +76,7 @@ fn second_page(first_triangle: u64) -> BuiltPage {
     vertices[0].z = 1e-20;
     let mut strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1)).to_vec();
     strips.push(Strip::strand(&vertices, 14..19));
-    let mut page = PageBuilder::new(RadiusCode::covering(0.25, 0.5));
+    let mut page = PageBuilder::new(RadiusCode::covering(0.25, 0.5), None);
     let root = page.reserve_nodes(1);
     add_cluster(&mut page, root, &vertices, &strips);
     page.finish(first_triangle).unwrap()
