@@ -131,7 +131,7 @@ fn packs_have_proxies_as_large_as_was_asked_for() {
 fn what_cannot_be_is_refused() {
     let folder = Folder::new();
     folder.write("hills.ply", Mesh::hills(100).ply());
-    folder.run("proxy hills.ply -o a.stl").failed(&["a.stl", ".ply, .obj or .glb"]);
+    folder.run("proxy hills.ply -o a.stl").failed(&["a.stl", ".ply, .obj, .glb or .hair"]);
     folder.run("proxy hills.ply -o a.ply --memory 10M").failed(&["a memory budget of 10 MiB is too little"]);
     folder.run("proxy hills.ply -o hills.ply").failed(&["hills.ply", "is an input too"]);
     assert_eq!(folder.run("proxy hills.ply -o a.ply --ratio 2").code, Some(2));

@@ -168,6 +168,17 @@ mod tests {
     }
 
     #[test]
+    fn fur_has_as_many_strands_as_were_asked_for() {
+        let [first, second] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let files = make("fur --strands 2K --seed 3", first.path());
+        assert!(files == make("fur --strands 2K --seed 3", second.path()));
+        let (scene, pack) = (first.path().join("scene.toml"), second.path().join("scene.rsp"));
+        let report = convert(&[scene], &pack, &ConvertParams::default(), &Unobserved).unwrap();
+        assert_eq!(report.manifest.segments, 16_000);
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+    }
+
+    #[test]
     fn meshes_of_files_are_refined() {
         let [folder, first, second] = [(); 3].map(|()| tempfile::tempdir().unwrap());
         let model = folder.path().join("model.obj");

@@ -11,7 +11,7 @@ use std::path::Path;
 /// Pixels on a side: the mean of all is compared.
 const SIDE: u32 = 96;
 /// Samples of the path-traced reference: few of its paths find the lamp through glass.
-const REFERENCE_SPP: u32 = 4096;
+const REFERENCE_SPP: u32 = 1024;
 const PHOTON_SPP: u32 = 64;
 
 /// Both integrators on a scene.

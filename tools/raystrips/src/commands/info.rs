@@ -92,18 +92,10 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
 fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(&'static str, String)> {
     let scene = &manifest.scene;
     let dropped = &manifest.dropped;
-    let mut counts = Vec::new();
-    if manifest.triangles() > 0 || manifest.segments == 0 {
-        counts.push(format!("{} triangles", grouped(manifest.triangles())));
-    }
-    if manifest.segments > 0 {
-        counts.push(format!("{} segments of strands", grouped(manifest.segments)));
-    }
-    counts.push(format!("{} vertices", grouped(manifest.vertices)));
     let per_strip = manifest.primitives as f64 / manifest.strips.max(1) as f64;
     let mut lines = vec![
-        ("holds", counts.join(", ")),
-        ("strips", format!("{}, {per_strip:.2} of these each", grouped(manifest.strips))),
+        ("triangles", format!("{}, {} vertices", grouped(manifest.triangles()), grouped(manifest.vertices))),
+        ("strips", format!("{}, {per_strip:.2} triangles or segments each", grouped(manifest.strips))),
         ("pages", format!("{}, {} clusters", grouped(manifest.pages), grouped(manifest.clusters))),
         ("file", bytes(file_bytes)),
     ];
@@ -112,6 +104,7 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         lines.push(("bytes/triangle", shares(&counts, manifest.triangles())));
     }
     if manifest.segments > 0 {
+        lines.push(("hair", format!("{} segments of strands", grouped(manifest.segments))));
         lines.push(("bytes/segment", shares(&manifest.strand_bytes, manifest.segments)));
     }
     lines.extend([
