@@ -49,7 +49,7 @@ pub(crate) struct Emitter<'a> {
     mirrored: bool,
 
     next_triangle_id: u64,
-    pub(crate) strands: Strands,
+    strands: Strands,
     batch: TriangleBatch,
     batch_count: u64,
     vertices: VertexMap,

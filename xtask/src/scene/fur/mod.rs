@@ -22,8 +22,6 @@ const MIN_STRANDS: u64 = 1000;
 /// Length of the cells from which the skin and the small solids are made, in meters.
 const SKIN_CELL: f64 = 0.0012;
 const SMALL_CELL: f64 = 0.0006;
-/// Where hair grows is found out for patches of skin no larger than its triangles.
-///
 /// Names of the files of triangles, in the order of the numbers of materials.
 pub const MATERIALS: [&str; 5] = ["skin", "eyes", "nut", "ground", "lamp"];
 /// Half of the side of the ground, in meters.
