@@ -61,22 +61,13 @@ fn walls(seed: u64) -> Vec<Part> {
         coarseness: WALL_COARSENESS,
         placements: vec![Placement::IDENTITY],
     };
-    let lamps = part(3, parallelograms(&LAMPS.map(|place| (corner(place), sides))));
+    let lamps = part(3, BaseMesh::parallelograms(&LAMPS.map(|place| (corner(place), sides))));
     vec![
-        part(0, parallelograms(&room)),
-        part(1, parallelograms(&[(low, [y, z])])),
-        part(2, parallelograms(&[(low + x, [z, y])])),
+        part(0, BaseMesh::parallelograms(&room)),
+        part(1, BaseMesh::parallelograms(&[(low, [y, z])])),
+        part(2, BaseMesh::parallelograms(&[(low + x, [z, y])])),
         Part { coarseness: f64::INFINITY, relief: Relief::NONE, ..lamps },
     ]
-}
-
-/// Each from a corner along two directions; fronts look to their cross product.
-fn parallelograms(all: &[(DVec3, [DVec3; 2])]) -> BaseMesh {
-    let corners = |&(corner, [u, v]): &(DVec3, [DVec3; 2])| [corner, corner + u, corner + u + v, corner + v];
-    let positions: Vec<DVec3> = all.iter().flat_map(corners).collect();
-    let firsts = (0..all.len() as u32).map(|i| 4 * i);
-    let triangles: Vec<[u32; 3]> = firsts.flat_map(|a| [[a, a + 1, a + 2], [a, a + 2, a + 3]]).collect();
-    BaseMesh::welded(&positions, &triangles)
 }
 
 /// The scene file beside the models.

@@ -72,10 +72,9 @@ fn ball_mesh(center: DVec3, radius: f64) -> Result<BaseMesh> {
     polygonize(&Ball(center, radius), [center - half, center + half], SMALL_CELL)
 }
 
-/// A square whose front looks along u x v.
+/// A square from half of its sides; its front looks along u x v.
 fn square(center: DVec3, u: DVec3, v: DVec3) -> BaseMesh {
-    let positions = [center - u - v, center + u - v, center + u + v, center - u + v];
-    BaseMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+    BaseMesh::parallelograms(&[(center - u - v, [2.0 * u, 2.0 * v])])
 }
 
 /// Writes a file for each color of hair, `strands` in all.

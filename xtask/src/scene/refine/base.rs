@@ -52,6 +52,16 @@ impl BaseMesh {
         BaseMesh::new(kept, triangles)
     }
 
+    /// Each from a corner along two directions; fronts look to their cross product.
+    pub fn parallelograms(all: &[(DVec3, [DVec3; 2])]) -> BaseMesh {
+        let corners =
+            |&(corner, [u, v]): &(DVec3, [DVec3; 2])| [corner, corner + u, corner + u + v, corner + v];
+        let positions: Vec<DVec3> = all.iter().flat_map(corners).collect();
+        let firsts = (0..all.len() as u32).map(|i| 4 * i);
+        let triangles: Vec<[u32; 3]> = firsts.flat_map(|a| [[a, a + 1, a + 2], [a, a + 2, a + 3]]).collect();
+        BaseMesh::welded(&positions, &triangles)
+    }
+
     /// The box around the triangles.
     pub fn bounds(&self) -> [DVec3; 2] {
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
