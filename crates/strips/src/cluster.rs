@@ -47,6 +47,25 @@ impl Cluster {
     pub fn build(mesh: &Mesh, triangles: &[u32], params: &StripParams, width: usize) -> (Cluster, Bvh) {
         let local = localize(mesh, triangles);
         let strips = stripify(&local, params.max_windows);
+        let Grouped { mut strips, groups, tree } = Grouped::new(strips, width);
+        for source in strips.iter_mut().flat_map(|s| &mut s.sources) {
+            source.triangle = triangles[source.triangle as usize];
+        }
+        let vertices = renumber_by_first_use(&mut strips, &local.positions);
+        (Cluster { vertices, strips, groups }, tree)
+    }
+}
+
+/// Strips in groups that fill nodes, in a group by geometry, and a hierarchy whose leaves are single groups.
+pub(crate) struct Grouped {
+    pub strips: Vec<Strip>,
+    pub groups: Vec<Range<usize>>,
+    pub tree: Bvh,
+}
+
+impl Grouped {
+    /// Groups of at most `width` strips.
+    pub fn new(strips: Vec<Strip>, width: usize) -> Grouped {
         let bounds: Vec<Aabb> = strips.iter().map(|s| s.bounds).collect();
         let grouped = group(&bounds, width);
         let groups = grouped.tree.leaves();
@@ -54,15 +73,11 @@ impl Cluster {
         for group in &groups {
             strips[group.clone()].sort_by_key(|strip| strip.geometry);
         }
-        for source in strips.iter_mut().flat_map(|s| &mut s.sources) {
-            source.triangle = triangles[source.triangle as usize];
-        }
-        let vertices = renumber_by_first_use(&mut strips, &local.positions);
-        (Cluster { vertices, strips, groups }, grouped.tree.number_leaves())
+        Grouped { strips, groups, tree: grouped.tree.number_leaves() }
     }
 }
 
-pub(crate) fn in_order(strips: Vec<Strip>, order: &[u32]) -> Vec<Strip> {
+fn in_order(strips: Vec<Strip>, order: &[u32]) -> Vec<Strip> {
     let mut slots: Vec<Option<Strip>> = strips.into_iter().map(Some).collect();
     let take = |&i: &u32| slots[i as usize].take().expect("an order names each strip once");
     order.iter().map(take).collect()

@@ -4,8 +4,7 @@
 //! hierarchy, in clusters that share at most 256 vertices. Windows of a strand that follow each other in a cluster
 //! share the point between them, so the hierarchy down to clusters is over pairs of such windows.
 
-use crate::cluster::{Cluster, MAX_VERTICES, in_order};
-use crate::groups::group;
+use crate::cluster::{Cluster, Grouped, MAX_VERTICES};
 use crate::stripify::{Source, Strip};
 use crate::{Bvh, GROUP_STRIPS, StripTree, bvh, tree_of_clusters};
 use glam::Vec3;
@@ -108,14 +107,8 @@ impl Strands {
                 bounds: self.bounds(window, code),
             });
         }
-        let bounds: Vec<Aabb> = strips.iter().map(|strip| strip.bounds).collect();
-        let grouped = group(&bounds, GROUP_STRIPS);
-        let groups = grouped.tree.leaves();
-        let mut strips = in_order(strips, &grouped.order);
-        for group in &groups {
-            strips[group.clone()].sort_by_key(|strip| strip.geometry);
-        }
-        (Cluster { vertices, strips, groups }, grouped.tree.number_leaves())
+        let Grouped { strips, groups, tree } = Grouped::new(strips, GROUP_STRIPS);
+        (Cluster { vertices, strips, groups }, tree)
     }
 }
 
