@@ -276,6 +276,11 @@ impl<'a> Block<'a> {
         })
     }
 
+    /// The same for blocks whose positions are those of the pack, which are f32.
+    pub fn points(&self) -> impl Iterator<Item = Vec3> + 'a {
+        self.positions().map(|p| Vec3::from_array(p.map(|x| x as f32)))
+    }
+
     /// Corners of the triangles as places among the positions.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + 'a {
         let corners = self.items.chunks_exact(size_of::<[u16; 3]>());

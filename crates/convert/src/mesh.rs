@@ -36,7 +36,7 @@ impl Welded {
         for block in Block::all(bytes) {
             let block = block?;
             vertices.clear();
-            vertices.extend(block.positions().map(|p| self.vertex(Vec3::from_array(p.map(|x| x as f32)))));
+            vertices.extend(block.points().map(|point| self.vertex(point)));
             self.mesh
                 .triangles
                 .extend(block.triangles().map(|corners| corners.map(|v| vertices[v as usize])));

@@ -37,7 +37,7 @@ impl PieceOfStrands {
     fn add(&mut self, block: &Block, code: RadiusCode) {
         let strands = &mut self.strands;
         let base = strands.positions.len() as u32;
-        strands.positions.extend(block.positions().map(|p| Vec3::from_array(p.map(|x| x as f32))));
+        strands.positions.extend(block.points());
         strands.radii.extend(block.radii().map(|radius| code.encode(radius)));
         for window in block.windows() {
             strands.windows.push(StrandWindow {
@@ -70,7 +70,7 @@ impl SortedStrands {
     pub fn add(&mut self, bytes: &[u8]) -> io::Result<()> {
         for block in Block::all(bytes) {
             let block = block?;
-            let positions = block.positions().map(|p| Vec3::from_array(p.map(|x| x as f32)));
+            let positions = block.points();
             let points: Vec<(Vec3, f32)> = positions.zip(block.radii()).collect();
             let id = |place: u16| block.first_id() + u64::from(place);
             self.windows.extend(block.windows().map(|StoredWindow { first, segments, segment, strand }| {

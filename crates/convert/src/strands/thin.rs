@@ -31,7 +31,7 @@ impl StrandThinning {
 
     /// The windows of a block that stay, which were thinned by `before`.
     pub fn apply(&self, block: &Block, before: StrandThinning) -> Selected {
-        let positions: Vec<Vec3> = block.positions().map(|p| Vec3::from_array(p.map(|x| x as f32))).collect();
+        let positions: Vec<Vec3> = block.points().collect();
         let radii: Vec<f32> = block.radii().collect();
         let stays = |strand: u16| rank(block.first_id() + u64::from(strand)) < self.kept;
         let windows = block.windows().filter(|window| stays(window.strand));
