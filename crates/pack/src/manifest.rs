@@ -37,7 +37,8 @@ pub struct Manifest {
     pub scene_offset: [f64; 3],
     /// Most by which a coordinate of the pack differs from that of the input less the offset.
     pub position_error: f64,
-    /// Most by which a radius of the pack differs from that of the input, as a share of it.
+    /// Most by which a radius of the pack differs from that of the input, as a share of it, but for those that are too small
+    /// to be told apart from nothing.
     pub radius_error: f64,
     /// Bytes of an original triangle id, 0 if none are kept.
     pub id_bytes: u8,

@@ -99,12 +99,14 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         ("pages", format!("{}, {} clusters", grouped(manifest.pages), grouped(manifest.clusters))),
         ("file", bytes(file_bytes)),
     ];
+    if manifest.segments > 0 {
+        lines.insert(1, ("hair", format!("{} segments of strands", grouped(manifest.segments))));
+    }
     if manifest.triangles() > 0 {
         let counts = manifest.bytes.without(&manifest.strand_bytes);
         lines.push(("bytes/triangle", shares(&counts, manifest.triangles())));
     }
     if manifest.segments > 0 {
-        lines.push(("hair", format!("{} segments of strands", grouped(manifest.segments))));
         lines.push(("bytes/segment", shares(&manifest.strand_bytes, manifest.segments)));
     }
     lines.extend([
