@@ -4,9 +4,9 @@ use raystrips_geom::scene::SceneDesc;
 use raystrips_pack::Emitter;
 use raystrips_strips::Mesh;
 
-/// For each geometry whether it shines.
+/// For each geometry whether it is a lamp.
 pub(crate) fn shining(scene: &SceneDesc) -> Vec<bool> {
-    scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_emissive()).collect()
+    scene.geometries.iter().map(|g| scene.materials[g.material as usize].is_lamp()).collect()
 }
 
 /// Every triangle of a geometry that shines; those not in `shines` do not.

@@ -1,9 +1,10 @@
 //! The words everyone shares: boxes, rays, hits, the quantization grid of a node, the one rule that turns
-//! position *i* of a strip into a triangle, segments of hair, and the plain-data scene description.
+//! position *i* of a strip into a triangle, segments of hair, attributes of vertices, textures, and the plain-data scene description.
 //!
 //! Nothing here knows of files, pages or threads.
 
 pub mod aabb;
+pub mod attributes;
 pub mod curve;
 pub mod frame;
 pub mod grid;
@@ -12,8 +13,10 @@ pub mod ray;
 pub mod scene;
 pub mod strand;
 pub mod strip;
+pub mod texture;
 
 pub use aabb::Aabb;
+pub use attributes::{Attributes, Streams};
 pub use frame::Frame;
 pub use grid::{NodeGrid, PageGrid, Subgrid};
 pub use ray::{Hit, Ray};

@@ -3,6 +3,7 @@
 //!
 //! Lengths are in scene units, angles in radians, colors linear RGB with the primaries of sRGB.
 
+use crate::texture::{Image, Texture};
 use serde::{Deserialize, Serialize};
 
 /// Everything of a scene but its triangles, which name their geometry by its place in [`SceneDesc::geometries`].
@@ -18,6 +19,10 @@ pub struct SceneDesc {
     pub cameras: Vec<Camera>,
     /// What rays see that leave the scene. `None`: not stated.
     pub sky: Option<Sky>,
+    /// Images, named by index.
+    pub images: Vec<Image>,
+    /// Textures, named by index.
+    pub textures: Vec<Texture>,
 }
 
 /// A part of the scene that shares a material.
@@ -29,7 +34,8 @@ pub struct Geometry {
     pub material: u32,
 }
 
-/// A surface: the metallic-roughness model of glTF 2.0 without its textures, with transmission and absorption.
+/// A surface: the metallic-roughness model of glTF 2.0, with transmission and absorption. Where there is a texture, numbers are
+/// multiplied by what it says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the file, for reports and overrides; may be empty.
@@ -38,6 +44,8 @@ pub struct Material {
     pub base_color: [f32; 3],
     /// Opacity, 0 to 1.
     pub alpha: f32,
+    /// How opacity is meant.
+    pub alpha_mode: AlphaMode,
     /// Emitted radiance; leaves the front face only, unless `double_sided`.
     pub emission: [f32; 3],
     /// 0 dielectric to 1 metal.
@@ -56,6 +64,50 @@ pub struct Material {
     pub thin: bool,
     /// Emits from both faces. Reflection always happens on both.
     pub double_sided: bool,
+    /// What differs from place to place.
+    pub textures: MaterialTextures,
+    /// What slopes of the normal texture are multiplied by.
+    pub normal_scale: f32,
+}
+
+/// How opacity is meant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum AlphaMode {
+    /// The surface is as opaque as [`Material::alpha`] says; textures and colors of vertices do not matter.
+    #[default]
+    Uniform,
+    /// Places are as opaque as the number, texture and color say.
+    Blend,
+    /// Places are opaque where that is at least this, and else not there.
+    Mask(f32),
+}
+
+/// The textures of a [`Material`]: indices into [`SceneDesc::textures`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MaterialTextures {
+    /// Base color; and opacity, in its fourth channel.
+    pub base_color: Option<u32>,
+    /// More opacity, in red.
+    pub opacity: Option<u32>,
+    /// In blue.
+    pub metallic: Option<u32>,
+    /// In green.
+    pub roughness: Option<u32>,
+    /// Emission.
+    pub emission: Option<u32>,
+    /// Slopes of the surface: x to the right of the image, y upwards, z out of the surface, each 0 to 1 for -1 to 1.
+    pub normal: Option<u32>,
+    /// In red.
+    pub transmission: Option<u32>,
+}
+
+impl MaterialTextures {
+    /// All that there are.
+    pub fn all(&self) -> impl Iterator<Item = u32> {
+        let MaterialTextures { base_color, opacity, metallic, roughness, emission, normal, transmission } =
+            *self;
+        [base_color, opacity, metallic, roughness, emission, normal, transmission].into_iter().flatten()
+    }
 }
 
 impl Default for Material {
@@ -65,6 +117,7 @@ impl Default for Material {
             name: String::new(),
             base_color: [0.8; 3],
             alpha: 1.0,
+            alpha_mode: AlphaMode::Uniform,
             emission: [0.0; 3],
             metallic: 0.0,
             roughness: 1.0,
@@ -74,6 +127,8 @@ impl Default for Material {
             absorption: [0.0; 3],
             thin: false,
             double_sided: false,
+            textures: MaterialTextures::default(),
+            normal_scale: 1.0,
         }
     }
 }
@@ -82,6 +137,16 @@ impl Material {
     /// True where the surface is a light.
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&c| c > 0.0)
+    }
+
+    /// True where each of its triangles is a light of one color, which can be sampled.
+    pub fn is_lamp(&self) -> bool {
+        self.is_emissive() && self.textures.emission.is_none()
+    }
+
+    /// True if rays may pass its surface, or some places of it.
+    pub fn is_see_through(&self) -> bool {
+        self.alpha < 1.0 || self.alpha_mode != AlphaMode::Uniform
     }
 }
 

@@ -1,14 +1,17 @@
 //! What all readers write into: makes batches of the triangles they find, and collects the scene and the report.
 
 use crate::error::one_line;
+use crate::image::Images;
 use crate::polygon::triangulate;
 use crate::strand::Strands;
 use crate::{
-    FileStamp, Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result, TriangleBatch,
-    TriangleSink,
+    FileStamp, ImageSource, Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result,
+    TriangleBatch, TriangleSink,
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
+use raystrips_geom::texture::Texture;
+use raystrips_geom::{Attributes, Streams};
 use std::path::Path;
 
 /// Enough for long runs of work, little enough that a few batches fit into a cache.
@@ -18,6 +21,8 @@ pub(crate) const MAX_POSITIONS: usize = 1 << 16;
 /// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
 const MAX_COORDINATE: f64 = 1e18;
 const MAX_WARNINGS: usize = 20;
+/// A vertex has no other attributes in the batch.
+const NO_SIBLING: u32 = u32::MAX;
 /// Corners of a polygon, which takes some sixty bytes of memory for each while it is cut.
 const MAX_CORNERS: u64 = 1 << 20;
 
@@ -28,6 +33,18 @@ pub(crate) trait Vertices {
     fn position(&self, index: u32) -> [f64; 3];
     /// Called now and then, when positions may leave memory until they are next asked for.
     fn release(&self);
+    /// What vertices have besides positions.
+    fn streams(&self) -> Streams {
+        Streams::NONE
+    }
+    /// The attributes of corner number `place` of the present polygon, which is vertex `index`; normals as in the file.
+    fn attributes(&self, _place: usize, _index: u32) -> Attributes {
+        Attributes::default()
+    }
+    /// Whether a vertex may have other attributes in another polygon.
+    fn has_seams(&self) -> bool {
+        false
+    }
 }
 
 pub(crate) struct Emitter<'a> {
@@ -47,12 +64,18 @@ pub(crate) struct Emitter<'a> {
     /// Where the present part of the file stands in the world.
     world_from_local: DAffine3,
     mirrored: bool,
+    /// What turns normals of the present part to the world; not of unit length.
+    normals_from_local: DMat3,
 
     next_triangle_id: u64,
     strands: Strands,
     batch: TriangleBatch,
     batch_count: u64,
     vertices: VertexMap,
+    /// For each position of the batch another one of the same vertex with other attributes, or `NO_SIBLING`.
+    siblings: Vec<u32>,
+    record: Vec<u8>,
+    images: Images,
     polygon: Vec<[f64; 3]>,
     cut: Vec<[u32; 3]>,
 }
@@ -71,11 +94,15 @@ impl<'a> Emitter<'a> {
             default_material: None,
             world_from_local: DAffine3::IDENTITY,
             mirrored: false,
+            normals_from_local: DMat3::IDENTITY,
             next_triangle_id: 0,
             strands: Strands::default(),
             batch: TriangleBatch::default(),
             batch_count: 0,
             vertices: VertexMap::new(),
+            siblings: Vec::new(),
+            record: Vec::new(),
+            images: Images::default(),
             polygon: Vec::new(),
             cut: Vec::new(),
         }
@@ -105,7 +132,7 @@ impl<'a> Emitter<'a> {
     /// Ends the import.
     pub fn finish(mut self) -> Result<Import> {
         self.flush()?;
-        Ok(Import { scene: self.scene, report: self.report })
+        Ok(Import { scene: self.scene, images: self.images.sources, report: self.report })
     }
 
     /// Where the vertices that follow stand in their file. Needed at the start of each set of vertices.
@@ -114,6 +141,10 @@ impl<'a> Emitter<'a> {
         self.world_from_local = self.placement * file_from_local;
         let determinant = self.world_from_local.matrix3.determinant();
         self.mirrored = determinant < 0.0;
+        // The cofactors are the inverse transpose but for a factor, and exist for flat transforms too.
+        let [x, y, z] = self.world_from_local.matrix3.to_cols_array_2d().map(DVec3::from_array);
+        let sign = if self.mirrored { -1.0 } else { 1.0 };
+        self.normals_from_local = DMat3::from_cols(y.cross(z) * sign, z.cross(x) * sign, x.cross(y) * sign);
         self.strands.scale = determinant.abs().cbrt();
         Ok(())
     }
@@ -133,6 +164,11 @@ impl<'a> Emitter<'a> {
     pub fn material(&mut self, material: Material) -> u32 {
         self.scene.materials.push(material);
         self.scene.materials.len() as u32 - 1
+    }
+
+    /// The texture, which shows the image at `source`; the same one for the same.
+    pub fn texture(&mut self, source: ImageSource, is_srgb: bool, texture: Texture) -> u32 {
+        self.images.texture(&mut self.scene, source, is_srgb, texture)
     }
 
     /// The material of faces without one: the same for all files.
@@ -199,7 +235,7 @@ impl<'a> Emitter<'a> {
             return self.out_of_range(corners.len() as u64 - 2, path, place, i64::from(bad), vertex_count);
         }
         match *corners {
-            [a, b, c] => self.triangle(geometry, vertices, [a, b, c]),
+            [a, b, c] => self.triangle(geometry, vertices, [a, b, c], [0, 1, 2]),
             _ => {
                 check_corners(corners.len() as u64, path, place)?;
                 self.cut_polygon(geometry, vertices, corners)
@@ -214,7 +250,8 @@ impl<'a> Emitter<'a> {
         cut.clear();
         triangulate(&self.polygon, &mut cut);
         for triangle in &cut {
-            self.triangle(geometry, vertices, triangle.map(|i| corners[i as usize]))?;
+            let places = triangle.map(|i| i as usize);
+            self.triangle(geometry, vertices, places.map(|i| corners[i]), places)?;
         }
         self.cut = cut;
         Ok(())
@@ -242,20 +279,32 @@ impl<'a> Emitter<'a> {
         self.set_next_triangle_id(self.next_triangle_id + count)
     }
 
-    /// Adds a triangle with checked indices.
+    /// Adds a triangle with checked indices; `places` are those of its corners in the polygon.
     #[inline]
-    fn triangle(&mut self, geometry: u32, vertices: &impl Vertices, corners: [u32; 3]) -> Result<()> {
+    fn triangle(
+        &mut self,
+        geometry: u32,
+        vertices: &impl Vertices,
+        corners: [u32; 3],
+        places: [usize; 3],
+    ) -> Result<()> {
         let full =
             self.batch.triangles.len() >= MAX_TRIANGLES || self.batch.positions.len() + 3 > MAX_POSITIONS;
-        if full || (self.batch.geometry != geometry && !self.batch.triangles.is_empty()) {
+        let streams = if self.options.bare { Streams::NONE } else { vertices.streams() };
+        let is_other = self.batch.geometry != geometry || self.batch.streams != streams;
+        if full || (is_other && !self.batch.triangles.is_empty()) {
             self.flush()?;
             self.let_go(vertices);
         }
         let positions_before = self.batch.positions.len();
+        self.batch.streams = streams;
         let [a, b, c] = corners;
         // No loop: copying small arrays about would take longer than the rest.
-        let mut local = |corner| self.local_index(vertices, corner);
-        let (a, b, c) = match (local(a), local(b), local(c)) {
+        let mut local = |corner, place| match streams.is_empty() {
+            true => self.local_index(vertices, corner),
+            false => self.local_index_with_attributes(vertices, corner, place),
+        };
+        let (a, b, c) = match (local(a, places[0]), local(b, places[1]), local(c, places[2])) {
             (Ok(a), Ok(b), Ok(c)) => (a, b, c),
             (Err(position), _, _) | (_, Err(position), _) | (_, _, Err(position)) => {
                 return self.drop_triangle(position, positions_before);
@@ -282,9 +331,50 @@ impl<'a> Emitter<'a> {
             if !(range.contains(&x) && range.contains(&y) && range.contains(&z)) {
                 return Err(position);
             }
+            let local = self.batch.positions.len() as u32;
             self.batch.positions.push([x, y, z]);
-            Ok(self.vertices.insert(slot, corner))
+            Ok(self.vertices.insert(slot, corner, local))
         })
+    }
+
+    /// The same for vertices with attributes.
+    fn local_index_with_attributes(
+        &mut self,
+        vertices: &impl Vertices,
+        corner: u32,
+        place: usize,
+    ) -> std::result::Result<u32, DVec3> {
+        let before = self.batch.positions.len();
+        let mut local = self.local_index(vertices, corner)?;
+        let is_new = self.batch.positions.len() > before;
+        if !is_new && !vertices.has_seams() {
+            return Ok(local);
+        }
+        let mut attributes = vertices.attributes(place, corner);
+        let normal = self.normals_from_local * attributes.normal.as_dvec3();
+        attributes.normal = normal.normalize_or_zero().as_vec3();
+        self.record.clear();
+        attributes.encode(self.batch.streams, &mut self.record);
+        if !is_new {
+            let bytes = self.record.len();
+            let is_wanted =
+                |local: u32| self.batch.attributes[local as usize * bytes..][..bytes] == self.record;
+            while !is_wanted(local) {
+                let next = self.siblings[local as usize];
+                if next == NO_SIBLING {
+                    self.batch.positions.push(self.batch.positions[local as usize]);
+                    self.siblings[local as usize] = before as u32;
+                    local = before as u32;
+                    break;
+                }
+                local = next;
+            }
+        }
+        if self.batch.positions.len() > before {
+            self.batch.attributes.extend_from_slice(&self.record);
+            self.siblings.push(NO_SIBLING);
+        }
+        Ok(local)
     }
 
     #[cold]
@@ -292,6 +382,7 @@ impl<'a> Emitter<'a> {
         let dropped = &mut self.report.dropped;
         *(if position.is_finite() { &mut dropped.out_of_range } else { &mut dropped.non_finite }) += 1;
         self.batch.positions.truncate(positions_before);
+        self.batch.attributes.truncate(positions_before * self.batch.streams.record_bytes());
         self.flush()?;
         self.next_triangle_id += 1;
         Ok(())
@@ -359,14 +450,17 @@ impl<'a> Emitter<'a> {
             self.sink.strands(batch).map_err(ImportError::Sink)?;
         }
         self.vertices.clear();
+        self.siblings.clear();
         if self.batch.triangles.is_empty() {
             self.batch.positions.clear();
+            self.batch.attributes.clear();
             return Ok(());
         }
         let batch = std::mem::take(&mut self.batch);
         // The next batch is most likely about as large as this one.
         self.batch.positions.reserve(batch.positions.len());
         self.batch.triangles.reserve(batch.triangles.len());
+        self.batch.attributes.reserve(batch.attributes.len());
         self.report.triangles += batch.triangles.len() as u64;
         self.sink.batch(batch).map_err(ImportError::Sink)
     }
@@ -425,8 +519,7 @@ impl VertexMap {
     }
 
     #[inline]
-    fn insert(&mut self, slot: usize, vertex: u32) -> u32 {
-        let local = self.used.len() as u32;
+    fn insert(&mut self, slot: usize, vertex: u32, local: u32) -> u32 {
         self.slots[slot] = u64::from(vertex) << 32 | u64::from(local + 1);
         self.used.push(slot as u32);
         local

@@ -14,6 +14,7 @@ mod error;
 mod export;
 mod gltf;
 mod hair;
+mod image;
 mod import;
 mod kept;
 mod map;
@@ -34,10 +35,12 @@ mod testing;
 
 pub use error::{ImportError, Place};
 pub use export::{ExportFormat, ExportMesh, export};
+pub use image::{ImageSource, Pixels};
 pub use import::import;
 pub use stamp::FileStamp;
 pub use survey::{Survey, survey};
 
+use raystrips_geom::Streams;
 use raystrips_geom::scene::SceneDesc;
 use std::io;
 use std::path::PathBuf;
@@ -47,12 +50,18 @@ use std::path::PathBuf;
 pub struct TriangleBatch {
     /// Index into [`SceneDesc::geometries`].
     pub geometry: u32,
-    /// World space, finite, no coordinate beyond ±1e18. A vertex of the file appears once.
+    /// World space, finite, no coordinate beyond ±1e18. A vertex of the file appears once, unless it has several
+    /// attributes.
     pub positions: Vec<[f64; 3]>,
     /// Indices into `positions`, all in range. Counterclockwise as seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// Number of the first triangle in reading order over all inputs; the others follow without gaps.
     pub first_triangle_id: u64,
+    /// What vertices have besides positions.
+    pub streams: Streams,
+    /// A record of these for each position, as [`Attributes::encode`](raystrips_geom::Attributes::encode) writes it; normals
+    /// are in world space. A vertex of the file that has several appears as often.
+    pub attributes: Vec<u8>,
 }
 
 /// Strands of one geometry: rows of points with radii, at most 65,536 points in all. Longer strands go on in the next
@@ -111,11 +120,19 @@ pub struct ImportOptions {
     /// Width of strands where files have lines but do not say how wide they are, in units of the file; such lines are left
     /// out if it is not given.
     pub strand_width: Option<f64>,
+    /// Leave out normals, texture coordinates and colors of vertices, and textures.
+    pub bare: bool,
 }
 
 impl Default for ImportOptions {
     fn default() -> ImportOptions {
-        ImportOptions { drop_out_of_range: false, scratch: None, kept_bytes: 1 << 30, strand_width: None }
+        ImportOptions {
+            drop_out_of_range: false,
+            scratch: None,
+            kept_bytes: 1 << 30,
+            strand_width: None,
+            bare: false,
+        }
     }
 }
 
@@ -124,6 +141,8 @@ impl Default for ImportOptions {
 pub struct Import {
     /// All but the triangles.
     pub scene: SceneDesc,
+    /// Where the images of the scene are, which are not read yet.
+    pub images: Vec<ImageSource>,
     /// What happened on the way.
     pub report: ImportReport,
 }

@@ -21,6 +21,8 @@ pub(super) struct Accessor<'a> {
     elements: Elements<'a>,
     resident: Resident,
     normalized: bool,
+    /// Components of an element.
+    width: usize,
     sparse: Option<Replaced<'a>>,
 }
 
@@ -83,7 +85,8 @@ impl<'a> Accessor<'a> {
         let sparse =
             accessor.sparse.as_ref().map(|sparse| checked.replaced(sparse, elements, &at)).transpose()?;
         let resident = Resident::new(elements.bytes, buffers.max_resident);
-        Ok(Accessor { buffers, elements, resident, normalized: accessor.normalized, sparse })
+        let (normalized, width) = (accessor.normalized, kind.multiplicity());
+        Ok(Accessor { buffers, elements, resident, normalized, width, sparse })
     }
 
     pub fn count(&self) -> u64 {
@@ -92,6 +95,51 @@ impl<'a> Accessor<'a> {
 
     pub fn component(&self) -> ComponentType {
         self.elements.component
+    }
+
+    /// Components of an element.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The components of element `i`, at most four; zero where it has fewer.
+    pub fn element(&self, i: u64) -> [f64; 4] {
+        match self.width {
+            2 => self.components::<2>(i, [0.0; 4]),
+            3 => self.components::<3>(i, [0.0; 4]),
+            _ => self.components::<4>(i, [0.0; 4]),
+        }
+    }
+
+    /// The first components of element `i`, which must have as many, in place of those of `all`.
+    #[inline]
+    fn components<const WIDTH: usize>(&self, i: u64, mut all: [f64; 4]) -> [f64; 4] {
+        let (elements, i) = self.locate(i);
+        if elements.bytes.is_empty() {
+            return all;
+        }
+        let offset = i as usize * elements.stride;
+        // Values of sparse accessors count as if they were elsewhere: they are few.
+        if !self.resident.touch(offset) {
+            self.release();
+        }
+        let element = &elements.bytes[offset..];
+        let values: [f64; WIDTH] = match elements.component {
+            ComponentType::F32 => read::<4, WIDTH>(element, |b| f64::from(f32::from_le_bytes(b))),
+            ComponentType::U32 => read::<4, WIDTH>(element, |b| f64::from(u32::from_le_bytes(b))),
+            ComponentType::U16 => {
+                read::<2, WIDTH>(element, |b| self.scaled(u16::from_le_bytes(b).into(), u16::MAX.into()))
+            }
+            ComponentType::I16 => {
+                read::<2, WIDTH>(element, |b| self.scaled(i16::from_le_bytes(b).into(), i16::MAX.into()))
+            }
+            ComponentType::U8 => read::<1, WIDTH>(element, |[b]| self.scaled(b.into(), u8::MAX.into())),
+            ComponentType::I8 => {
+                read::<1, WIDTH>(element, |[b]| self.scaled((b as i8).into(), i8::MAX.into()))
+            }
+        };
+        all[..WIDTH].copy_from_slice(&values);
+        all
     }
 
     /// An element of an accessor of type SCALAR with unsigned components.
@@ -121,28 +169,8 @@ impl Vertices for Accessor<'_> {
 
     #[inline]
     fn position(&self, index: u32) -> [f64; 3] {
-        let (elements, i) = self.locate(u64::from(index));
-        if elements.bytes.is_empty() {
-            return [0.0; 3];
-        }
-        let offset = i as usize * elements.stride;
-        // Values of sparse accessors count as if they were elsewhere: they are few.
-        if !self.resident.touch(offset) {
-            self.release();
-        }
-        let element = &elements.bytes[offset..];
-        match elements.component {
-            ComponentType::F32 => read::<4>(element, |b| f64::from(f32::from_le_bytes(b))),
-            ComponentType::U32 => read::<4>(element, |b| f64::from(u32::from_le_bytes(b))),
-            ComponentType::U16 => {
-                read::<2>(element, |b| self.scaled(u16::from_le_bytes(b).into(), u16::MAX.into()))
-            }
-            ComponentType::I16 => {
-                read::<2>(element, |b| self.scaled(i16::from_le_bytes(b).into(), i16::MAX.into()))
-            }
-            ComponentType::U8 => read::<1>(element, |[b]| self.scaled(b.into(), u8::MAX.into())),
-            ComponentType::I8 => read::<1>(element, |[b]| self.scaled((b as i8).into(), i8::MAX.into())),
-        }
+        let [x, y, z, _] = self.components::<3>(u64::from(index), [0.0; 4]);
+        [x, y, z]
     }
 
     fn release(&self) {
@@ -160,7 +188,7 @@ impl Accessor<'_> {
 }
 
 #[inline]
-fn read<const N: usize>(element: &[u8], decode: impl Fn([u8; N]) -> f64) -> [f64; 3] {
+fn read<const N: usize, const WIDTH: usize>(element: &[u8], decode: impl Fn([u8; N]) -> f64) -> [f64; WIDTH] {
     std::array::from_fn(|axis| decode(std::array::from_fn(|byte| element[axis * N + byte])))
 }
 

@@ -4,7 +4,7 @@ use super::document::{Document, entry};
 use super::syntax;
 use crate::map::Map;
 use crate::reference::{percent_decoded, resolve};
-use crate::{ImportError, Result};
+use crate::{ImageSource, ImportError, Result};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
@@ -56,6 +56,24 @@ impl<'a> Buffers<'a> {
         })?;
         // Zero means the same as nothing to some writers.
         Ok((view, entry_of_view.byte_stride.map(|stride| stride.0).filter(|&stride| stride != 0)))
+    }
+
+    /// Where the bytes of a view are.
+    pub fn source(&self, view: usize, path: &Path) -> Result<ImageSource> {
+        let (bytes, _) = self.view(view, "images")?;
+        let part = |file: &Path, map: &Map| {
+            let offset = (bytes.as_ptr() as usize).checked_sub(map.as_ptr() as usize)?;
+            let is_inside = offset + bytes.len() <= map.len();
+            let (path, bytes) = (file.to_owned(), bytes.len() as u64);
+            is_inside.then_some(ImageSource::Part { path, offset: offset as u64, bytes })
+        };
+        let files = self.opened.iter().filter_map(|opened| match opened.get() {
+            Some(Opened::File(path, map)) => Some((path.as_path(), map)),
+            _ => None,
+        });
+        let mut files = files.chain([(path, self.file)]);
+        let found = files.find_map(|(path, map)| part(path, map));
+        Ok(found.unwrap_or_else(|| ImageSource::Inline(bytes.to_vec())))
     }
 
     /// Lets mapped pages leave memory.
@@ -135,7 +153,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// The bytes of `data:application/octet-stream;base64,...`.
-fn data_uri(uri: &str) -> Option<Vec<u8>> {
+pub(super) fn data_uri(uri: &str) -> Option<Vec<u8>> {
     let (kind, data) = uri.split_once(',')?;
     kind.ends_with(";base64").then(|| base64(data.as_bytes()))?
 }

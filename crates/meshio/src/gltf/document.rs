@@ -24,13 +24,19 @@ pub(super) struct Document {
     #[serde(default)]
     pub cameras: Vec<Camera>,
     #[serde(default)]
+    pub images: Vec<ImageEntry>,
+    #[serde(default)]
     pub materials: Vec<Material>,
     #[serde(default)]
     pub meshes: Vec<Mesh>,
     #[serde(default)]
     pub nodes: Vec<Node>,
     #[serde(default)]
+    pub samplers: Vec<Sampler>,
+    #[serde(default)]
     pub scenes: Vec<Scene>,
+    #[serde(default)]
+    pub textures: Vec<TextureEntry>,
     pub scene: Option<u32>,
     #[serde(default)]
     pub extensions: Extensions,
@@ -66,6 +72,44 @@ pub(super) struct Node {
     pub scale: Option<[f64; 3]>,
     #[serde(default)]
     pub extensions: NodeExtensions,
+}
+
+/// An image. Own types for these: those of the library refuse a texture without an image, which extensions may give.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct ImageEntry {
+    pub uri: Option<String>,
+    pub buffer_view: Option<u32>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub mag_filter: Option<u32>,
+    pub wrap_s: Option<u32>,
+    pub wrap_t: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct TextureEntry {
+    pub source: Option<u32>,
+    pub sampler: Option<u32>,
+    #[serde(default)]
+    pub extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basisu: Option<OtherSource>,
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: Option<OtherSource>,
+}
+
+/// An image in another format.
+#[derive(Debug, Deserialize)]
+pub(super) struct OtherSource {
+    pub source: u32,
 }
 
 #[derive(Debug, Default, Deserialize)]

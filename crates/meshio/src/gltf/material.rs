@@ -1,26 +1,38 @@
-//! Materials: factors, and those extensions that our materials can hold.
+//! Materials: factors, textures, and those extensions that our materials can hold.
 
-use super::document::Document;
+use super::texture::{Named, Textures};
 use crate::emit::Emitter;
 use gltf::json::Material as JsonMaterial;
-use gltf::json::material::AlphaMode;
+use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossiness};
+use gltf::json::material::{AlphaMode as JsonAlphaMode, NormalTexture};
 use gltf::json::validation::Checked;
-use raystrips_geom::scene::Material;
-use std::path::Path;
+use raystrips_geom::Streams;
+use raystrips_geom::scene::{AlphaMode, Material, SceneDesc};
+use std::collections::BTreeSet;
+
+/// Extensions of materials that change what is seen and are not read.
+const NOT_READ: [&str; 7] = [
+    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",
+    "KHR_materials_iridescence",
+    "KHR_materials_anisotropy",
+    "KHR_materials_dispersion",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_subsurface",
+];
 
 /// Materials of a document, added to the scene when first used.
 pub(super) struct Materials<'a> {
-    path: &'a Path,
-    document: &'a Document,
+    textures: Textures<'a>,
     added: Vec<Option<u32>>,
     default: Option<u32>,
-    textured: bool,
+    not_read: BTreeSet<&'static str>,
 }
 
 impl<'a> Materials<'a> {
-    pub fn new(path: &'a Path, document: &'a Document) -> Materials<'a> {
-        let added = vec![None; document.materials.len()];
-        Materials { path, document, added, default: None, textured: false }
+    pub fn new(textures: Textures<'a>) -> Materials<'a> {
+        let added = vec![None; textures.document.materials.len()];
+        Materials { textures, added, default: None, not_read: BTreeSet::new() }
     }
 
     /// The material of this index, which must exist.
@@ -28,63 +40,91 @@ impl<'a> Materials<'a> {
         if let Some(material) = self.added[index] {
             return material;
         }
-        let json = &self.document.materials[index];
-        self.textured |= is_textured(json);
-        *self.added[index].insert(out.material(convert(json)))
+        let json = &self.textures.document.materials[index];
+        if let Some(extensions) = &json.extensions {
+            self.not_read.extend(NOT_READ.iter().filter(|&&name| extensions.others.contains_key(name)));
+        }
+        if json.occlusion_texture.is_some() {
+            self.not_read.insert("occlusion (paths find themselves what is hidden)");
+        }
+        let material = self.convert(json, out);
+        *self.added[index].insert(out.material(material))
     }
 
     /// What the specification gives to primitives without a material.
     pub fn default(&mut self, out: &mut Emitter) -> u32 {
-        *self.default.get_or_insert_with(|| out.material(convert(&JsonMaterial::default())))
+        if let Some(material) = self.default {
+            return material;
+        }
+        let material = self.convert(&JsonMaterial::default(), out);
+        *self.default.insert(out.material(material))
     }
 
+    /// Tells what is not read.
     pub fn finish(self, out: &mut Emitter) {
-        if self.textured {
-            out.warn(
-                self.path,
-                "textures are not read yet: textured materials have their plain color, are not metallic where a \
-                 texture says where, and do not glow where a texture says where",
-            );
+        if !self.not_read.is_empty() {
+            let names: Vec<&str> = self.not_read.into_iter().collect();
+            let names = names.join(", ");
+            out.warn(self.textures.path, format_args!("of materials this is not read: {names}"));
         }
     }
-}
 
-fn is_textured(json: &JsonMaterial) -> bool {
-    let pbr = &json.pbr_metallic_roughness;
-    let glossy = json.extensions.as_ref().and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());
-    pbr.base_color_texture.is_some()
-        || pbr.metallic_roughness_texture.is_some()
-        || json.emissive_texture.is_some()
-        || glossy.is_some_and(|glossy| glossy.diffuse_texture.is_some())
-}
-
-fn convert(json: &JsonMaterial) -> Material {
-    let pbr = &json.pbr_metallic_roughness;
-    let [red, green, blue, opacity] = pbr.base_color_factor.0;
-    let mut material = Material {
-        name: json.name.clone().unwrap_or_default(),
-        base_color: [red, green, blue],
-        alpha: opacity,
-        emission: json.emissive_factor.0,
-        // A factor of 1 is the default and means nothing where a texture that is not read says where metal is.
-        metallic: if pbr.metallic_roughness_texture.is_some() { 0.0 } else { pbr.metallic_factor.0 },
-        roughness: pbr.roughness_factor.0,
-        double_sided: json.double_sided,
-        specular: 1.0,
-        ..Material::default()
-    };
-    if json.emissive_texture.is_some() {
-        material.emission = [0.0; 3];
+    fn convert(&self, json: &JsonMaterial, out: &mut Emitter) -> Material {
+        let pbr = &json.pbr_metallic_roughness;
+        let [red, green, blue, opacity] = pbr.base_color_factor.0;
+        let mut material = Material {
+            name: json.name.clone().unwrap_or_default(),
+            base_color: [red, green, blue],
+            alpha: opacity,
+            emission: json.emissive_factor.0,
+            metallic: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            double_sided: json.double_sided,
+            specular: 1.0,
+            ..Material::default()
+        };
+        let mut texture = |info: &Option<gltf::json::texture::Info>, is_srgb| {
+            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), is_srgb, out))
+        };
+        material.textures.base_color = texture(&pbr.base_color_texture, true);
+        material.textures.metallic = texture(&pbr.metallic_roughness_texture, false);
+        material.textures.roughness = material.textures.metallic;
+        material.textures.emission = texture(&json.emissive_texture, true);
+        if let Some(normal) = &json.normal_texture {
+            material.textures.normal = self.textures.get(&named_normal(normal), false, out);
+            material.normal_scale = if normal.scale.is_finite() { normal.scale } else { 1.0 };
+        }
+        // Without its texture, which could not be had, a factor of 1 would make everything metal, or glow.
+        if pbr.metallic_roughness_texture.is_some() && material.textures.metallic.is_none() {
+            material.metallic = 0.0;
+        }
+        if json.emissive_texture.is_some() && material.textures.emission.is_none() {
+            material.emission = [0.0; 3];
+        }
+        if let Some(extensions) = &json.extensions {
+            self.extend(&mut material, extensions, out);
+        }
+        let cutoff = json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
+        match json.alpha_mode {
+            Checked::Valid(JsonAlphaMode::Blend) => material.alpha_mode = AlphaMode::Blend,
+            Checked::Valid(JsonAlphaMode::Mask) => material.alpha_mode = AlphaMode::Mask(cutoff),
+            _ => material.alpha = 1.0,
+        }
+        clamped(material)
     }
-    if let Some(extensions) = &json.extensions {
+
+    fn extend(&self, material: &mut Material, extensions: &Extensions, out: &mut Emitter) {
         if let Some(glossy) = &extensions.pbr_specular_glossiness {
-            let [red, green, blue, opacity] = glossy.diffuse_factor.0;
-            (material.base_color, material.alpha) = ([red, green, blue], opacity);
-            (material.metallic, material.roughness) = (0.0, 1.0 - glossy.glossiness_factor.0);
+            self.take_glossiness(material, glossy, out);
         }
         let strength = extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength.0);
         material.emission = material.emission.map(|c| c * strength);
-        material.transmission = extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor.0);
+        if let Some(transmission) = &extensions.transmission {
+            material.transmission = transmission.transmission_factor.0;
+            let texture = transmission.transmission_texture.as_ref();
+            material.textures.transmission =
+                texture.and_then(|info| self.textures.get(&Named::of(info), false, out));
+        }
         material.ior = extensions.ior.as_ref().map_or(material.ior, |i| i.ior.0);
         material.specular = extensions.specular.as_ref().map_or(1.0, |s| s.specular_factor.0);
         let volume = extensions.volume.as_ref().filter(|volume| volume.thickness_factor.0 > 0.0);
@@ -92,16 +132,43 @@ fn convert(json: &JsonMaterial) -> Material {
         if let Some(volume) = volume {
             material.absorption = absorption(volume.attenuation_color.0, volume.attenuation_distance.0);
         }
-    }
-    match json.alpha_mode {
-        Checked::Valid(AlphaMode::Blend) => {}
-        Checked::Valid(AlphaMode::Mask) => {
-            let cutoff = json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
-            material.alpha = if material.alpha >= cutoff { 1.0 } else { 0.0 };
+        if extensions.unlit.is_some() {
+            // Shows its color whatever light there is: as if it shone by itself.
+            material.emission = std::mem::replace(&mut material.base_color, [0.0; 3]);
+            material.textures.emission = material.textures.base_color;
+            (material.metallic, material.roughness, material.specular) = (0.0, 1.0, 0.0);
+            (material.textures.metallic, material.textures.roughness) = (None, None);
         }
-        _ => material.alpha = 1.0,
     }
-    clamped(material)
+
+    fn take_glossiness(&self, material: &mut Material, glossy: &PbrSpecularGlossiness, out: &mut Emitter) {
+        let [red, green, blue, opacity] = glossy.diffuse_factor.0;
+        (material.base_color, material.alpha) = ([red, green, blue], opacity);
+        (material.metallic, material.roughness) = (0.0, 1.0 - glossy.glossiness_factor.0);
+        (material.textures.metallic, material.textures.roughness) = (None, None);
+        let texture = glossy.diffuse_texture.as_ref();
+        material.textures.base_color =
+            texture.and_then(|info| self.textures.get(&Named::of(info), true, out));
+    }
+}
+
+/// What vertices need for the textures of a material.
+pub(super) fn tex_coords(scene: &SceneDesc, material: u32) -> Streams {
+    let textures = scene.materials[material as usize].textures.all();
+    textures.map(|texture| scene.textures[texture as usize].tex_coord).fold(Streams::NONE, |all, set| {
+        all.union(if set == 0 { Streams::TEX_COORDS_0 } else { Streams::TEX_COORDS_1 })
+    })
+}
+
+fn named_normal(normal: &NormalTexture) -> Named {
+    // The library does not know that these can be transformed as others.
+    let others = normal.extensions.as_ref().map(|extensions| &extensions.others);
+    let transform = others.and_then(|others| others.get("KHR_texture_transform"));
+    Named {
+        index: normal.index.value(),
+        tex_coord: normal.tex_coord,
+        transform: transform.and_then(|value| serde_json::from_value(value.clone()).ok()),
+    }
 }
 
 /// Of a material of which light has `color` after `distance` (KHR_materials_volume).

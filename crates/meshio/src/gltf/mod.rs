@@ -2,7 +2,7 @@
 //!
 //! The library `gltf` describes the JSON; everything that follows from it is checked and read here, because that
 //! library's own readers panic on broken files, refuse quantized positions and load all buffers into memory.
-//! Buffers are mapped, and only those that hold positions or indices. Meshes are repeated for each node that shows
+//! Buffers are mapped, and only those that are asked for. Meshes are repeated for each node that shows
 //! them.
 
 mod accessor;
@@ -13,6 +13,8 @@ mod material;
 mod nodes;
 mod primitive;
 mod survey;
+mod texture;
+mod vertices;
 
 pub(crate) use survey::survey;
 
@@ -25,16 +27,20 @@ use material::Materials;
 use primitive::Primitives;
 use std::fmt;
 use std::path::Path;
+use texture::Textures;
 
 /// Reads the file at `path` and says in words what it holds.
 pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let map = Map::open(path)?;
     let container = glb::split(path, &map)?;
     let document = Document::parse(path, container.json)?;
-    let buffers = Buffers::new(path, &document, &map, container.binary, out.options.kept_bytes);
+    // Positions and three kinds of attributes may be read at a time.
+    let resident_bytes = out.options.kept_bytes / if out.options.bare { 1 } else { 4 };
+    let buffers = Buffers::new(path, &document, &map, container.binary, resident_bytes);
     let scene = nodes::walk(path, &document, out)?;
 
-    let materials = Materials::new(path, &document);
+    let textures = Textures { path, document: &document, buffers: &buffers };
+    let materials = Materials::new(textures);
     let mut primitives = Primitives::new(path, &document, &buffers, materials, out.strand_width());
     let count = scene.meshes.len();
     for (i, node) in scene.meshes.iter().enumerate() {

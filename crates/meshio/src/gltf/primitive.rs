@@ -3,13 +3,15 @@
 use super::accessor::Accessor;
 use super::buffer::Buffers;
 use super::document::{Document, cure, entry};
-use super::material::Materials;
+use super::material::{self, Materials};
+use super::vertices::PrimitiveVertices;
 use super::{syntax, unsupported};
 use crate::emit::{Emitter, Vertices};
 use crate::{Place, Result};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use raystrips_geom::Streams;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -120,7 +122,10 @@ impl<'a> Primitives<'a> {
                     Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
                         self.add_strands(geometry, &positions, &corners, &at, out)?;
                     }
-                    _ => self.add_triangles(geometry, &positions, &corners, &at, out)?,
+                    _ => {
+                        let vertices = self.vertices(primitive, positions, geometry, &at, out)?;
+                        self.add_triangles(geometry, &vertices, &corners, &at, out)?;
+                    }
                 }
             }
         }
@@ -229,10 +234,46 @@ impl<'a> Primitives<'a> {
         geometry
     }
 
+    /// The vertices of a primitive with those of their attributes that its material needs.
+    fn vertices(
+        &self,
+        primitive: &Primitive,
+        positions: Accessor<'a>,
+        geometry: u32,
+        at: &str,
+        out: &Emitter,
+    ) -> Result<PrimitiveVertices<'a>> {
+        let tex_coords = material::tex_coords(&out.scene, out.scene.geometries[geometry as usize].material);
+        let count = Vertices::count(&positions);
+        let find = |semantic: Semantic, kinds: &[Type], name: &str| -> Result<Option<Accessor<'a>>> {
+            let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
+            let at = format!("{at}.attributes.{name}");
+            let found = self.document.accessors.get(index.value()).map(|accessor| &accessor.type_);
+            let kind =
+                kinds.iter().find(|kind| matches!(found, Some(Checked::Valid(found)) if found == *kind));
+            let accessor = self.accessor(index.value(), *kind.unwrap_or(&kinds[0]), &at)?;
+            if accessor.count() < count {
+                let what = format!("has {} elements for {count} vertices; export again", accessor.count());
+                return Err(syntax(self.path, at, what));
+            }
+            Ok(Some(accessor))
+        };
+        let tex_coord = |set: u32, stream| match tex_coords.has(stream) {
+            true => find(Semantic::TexCoords(set), &[Type::Vec2], &format!("TEXCOORD_{set}")),
+            false => Ok(None),
+        };
+        Ok(PrimitiveVertices {
+            positions,
+            normals: find(Semantic::Normals, &[Type::Vec3], "NORMAL")?,
+            tex_coords: [tex_coord(0, Streams::TEX_COORDS_0)?, tex_coord(1, Streams::TEX_COORDS_1)?],
+            colors: find(Semantic::Colors(0), &[Type::Vec4, Type::Vec3], "COLOR_0")?,
+        })
+    }
+
     fn add_triangles(
         &self,
         geometry: u32,
-        positions: &Accessor,
+        vertices: &PrimitiveVertices,
         corners: &Corners,
         at: &str,
         out: &mut Emitter,
@@ -244,7 +285,7 @@ impl<'a> Primitives<'a> {
             if strip && (a == b || b == c || a == c) {
                 continue;
             }
-            out.polygon(geometry, positions, &[a, b, c], self.path, || Place::Json(format!("{at}.indices")))?;
+            out.polygon(geometry, vertices, &[a, b, c], self.path, || Place::Json(format!("{at}.indices")))?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::buffer::Buffers;
 use super::document::Document;
 use super::material::Materials;
 use super::primitive::{MeshCounts, Primitives};
+use super::texture::Textures;
 use super::{glb, nodes};
 use crate::emit::Emitter;
 use crate::map::Map;
@@ -30,7 +31,8 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     let (options, mut sink) = (ImportOptions::default(), Nowhere);
     let buffers = Buffers::new(path, &document, &map, container.binary, options.kept_bytes);
     let scene = nodes::walk(path, &document, &mut Emitter::new(&options, &mut sink, 0))?;
-    let materials = Materials::new(path, &document);
+    let textures = Textures { path, document: &document, buffers: &buffers };
+    let materials = Materials::new(textures);
     let mut primitives = Primitives::new(path, &document, &buffers, materials, None);
     let mut meshes: HashMap<usize, MeshCounts> = HashMap::new();
     let mut survey = Survey { is_exact: true, bytes: map.len() as u64, ..Survey::default() };

@@ -1,4 +1,5 @@
-//! Wavefront OBJ: positions, faces, lines of known width and material names; all else is left aside.
+//! Wavefront OBJ: positions, texture coordinates, normals, faces, lines of known width and material names; all else is left
+//! aside.
 //!
 //! The file is read once, from start to end. Positions are kept until the end, since any face may name any of them.
 //! A face that names a vertex further on is put aside and added at the end of the file, under the numbers it would
@@ -6,14 +7,15 @@
 
 mod forward;
 mod lines;
+mod maps;
 mod mtl;
 mod survey;
+mod vertices;
 
 pub(crate) use survey::survey;
 
 use crate::emit::{Emitter, Vertices};
 use crate::error::excerpt;
-use crate::kept::Kept;
 use crate::number::{is_space, parse_f64, parse_i64, words};
 use crate::reference::resolve;
 use crate::{ImportError, Place, Result};
@@ -23,6 +25,7 @@ use mtl::Library;
 use raystrips_geom::scene::Material;
 use std::collections::HashMap;
 use std::path::Path;
+use vertices::ObjVertices;
 
 /// Reads the file at `path` and says in words what it holds.
 pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
@@ -35,8 +38,10 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
         match statement.keyword {
             b"v" => {
                 let position = obj.vertex(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
-                obj.positions.push(position)?;
+                obj.vertices.positions.push(position)?;
             }
+            b"vt" => obj.vertices.tex_coord(statement.rest)?,
+            b"vn" => obj.vertices.normal(statement.rest)?,
             b"f" => {
                 obj.face(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
                 obj.add_face(lines.line())?;
@@ -87,7 +92,7 @@ impl Statement<'_> {
 struct Obj<'a, 'b> {
     path: &'a Path,
     out: &'a mut Emitter<'b>,
-    positions: Kept,
+    vertices: ObjVertices,
     /// Vertices of the present face, counted from 0.
     corners: Vec<u32>,
     /// An index of the present face that no vertex can have, wherever it may come.
@@ -101,6 +106,8 @@ struct Obj<'a, 'b> {
     /// Of the present material, once a face has used it.
     geometry: Option<u32>,
     material: String,
+    /// The present material has textures.
+    is_textured: bool,
     small_faces: u64,
     /// Lines that are left out because nobody says how wide they are.
     thin_lines: u64,
@@ -117,7 +124,7 @@ impl<'a, 'b> Obj<'a, 'b> {
         Obj {
             path,
             out,
-            positions: Kept::new(options, options.kept_bytes - for_faces),
+            vertices: ObjVertices::new(options, options.kept_bytes - for_faces),
             corners: Vec::new(),
             impossible: None,
             forward: ForwardFaces::new(options, for_faces),
@@ -126,6 +133,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             materials: Vec::new(),
             geometry: None,
             material: String::new(),
+            is_textured: false,
             small_faces: 0,
             thin_lines: 0,
             forward_lines: 0,
@@ -148,7 +156,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             *x = parse_f64(word)
                 .ok_or_else(|| format!("{} is not a number; correct the coordinate", excerpt(word)))?;
         }
-        if self.positions.count() >= u64::from(u32::MAX) {
+        if self.vertices.positions.count() >= u64::from(u32::MAX) {
             return Err("more than 4294967295 vertices; split the file".into());
         }
         Ok(position)
@@ -158,19 +166,23 @@ impl<'a, 'b> Obj<'a, 'b> {
     #[inline]
     fn face(&mut self, rest: &[u8]) -> std::result::Result<(), String> {
         self.corners.clear();
+        self.vertices.begin_face();
         self.impossible = None;
         for word in words(rest) {
             if word[0] == b'#' {
                 break;
             }
-            let index = word.split(|&c| c == b'/').next().and_then(parse_i64);
+            let mut parts = word.split(|&c| c == b'/');
+            let index = parts.next().and_then(parse_i64);
             let index =
                 index.ok_or_else(|| format!("{} is not a vertex index; correct the face", excerpt(word)))?;
-            let from_zero = if index < 0 { self.positions.count() as i64 + index } else { index - 1 };
+            let from_zero =
+                if index < 0 { self.vertices.positions.count() as i64 + index } else { index - 1 };
             self.corners.push(u32::try_from(from_zero).unwrap_or_else(|_| {
                 self.impossible.get_or_insert(index);
                 0
             }));
+            self.vertices.corner(parts);
         }
         Ok(())
     }
@@ -182,7 +194,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             return Ok(());
         }
         let triangle_count = self.corners.len() as u64 - 2;
-        let vertex_count = self.positions.count();
+        let vertex_count = self.vertices.positions.count();
         if let Some(index) = self.impossible {
             return self.out.out_of_range(
                 triangle_count,
@@ -197,9 +209,10 @@ impl<'a, 'b> Obj<'a, 'b> {
             None => self.begin_geometry(),
         };
         if self.corners.iter().all(|&corner| u64::from(corner) < vertex_count) {
+            self.vertices.begin_polygon(self.is_textured);
             return self
                 .out
-                .polygon(geometry, &self.positions, &self.corners, self.path, || Place::Line(line));
+                .polygon(geometry, &self.vertices, &self.corners, self.path, || Place::Line(line));
         }
         let first_triangle_id = self.out.next_triangle_id();
         self.forward.push(first_triangle_id, geometry, line, &self.corners)?;
@@ -212,7 +225,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             self.thin_lines += 1;
             return Ok(());
         };
-        let vertex_count = self.positions.count();
+        let vertex_count = self.vertices.positions.count();
         if self.impossible.is_some() || self.corners.iter().any(|&corner| u64::from(corner) >= vertex_count) {
             self.forward_lines += 1;
             return Ok(());
@@ -221,7 +234,8 @@ impl<'a, 'b> Obj<'a, 'b> {
             Some(geometry) => geometry,
             None => self.begin_geometry(),
         };
-        let points = self.corners.iter().map(|&corner| (self.positions.position(corner), width / 2.0));
+        let points =
+            self.corners.iter().map(|&corner| (self.vertices.positions.position(corner), width / 2.0));
         self.out.strand(geometry, points)
     }
 
@@ -253,6 +267,7 @@ impl<'a, 'b> Obj<'a, 'b> {
         match statement.keyword {
             b"usemtl" => {
                 self.material = mtl::material_name(statement.rest);
+                self.is_textured = self.library.get(&self.material).is_some_and(|(_, maps)| !maps.is_empty());
                 self.geometry = None;
             }
             b"mtllib" => self.libraries(&String::from_utf8_lossy(statement.rest.trim_ascii())),
@@ -290,6 +305,8 @@ impl<'a, 'b> Obj<'a, 'b> {
                 if let Err(error) = mtl::read(&path, &mut self.library, self.out) {
                     self.out.warn(self.path, format_args!("no materials: {error}"));
                 }
+                let is_textured = self.library.values().any(|(_, maps)| !maps.is_empty());
+                self.vertices.keeps_tex_coords = is_textured && !self.out.options.bare;
             }
             Err(reason) => self.out.warn(self.path, format_args!("mtllib '{name}' is not read: {reason}")),
         }
@@ -303,15 +320,17 @@ impl<'a, 'b> Obj<'a, 'b> {
         self.warn_of_what_is_left_out();
         Ok(format!(
             "it has {} vertices, {} lines and points, {} faces with less than three corners",
-            self.positions.count(),
+            self.vertices.positions.count(),
             self.thin_lines + self.forward_lines + self.points,
             self.small_faces
         ))
     }
 
+    /// They have no more than positions.
     fn add_forward_faces(&mut self, faces: ForwardFaces) -> Result<()> {
+        self.vertices.begin_bare_polygon();
         let end = self.out.next_triangle_id();
-        let vertex_count = self.positions.count();
+        let vertex_count = self.vertices.positions.count();
         let mut faces = faces.into_reader()?;
         while let Some(Face { first_triangle_id, geometry, line, corners }) = faces.next(self.path)? {
             self.out.set_next_triangle_id(*first_triangle_id)?;
@@ -322,7 +341,7 @@ impl<'a, 'b> Obj<'a, 'b> {
                 }
                 None => {
                     let place = || Place::Line(*line);
-                    self.out.polygon(*geometry, &self.positions, corners, self.path, place)?;
+                    self.out.polygon(*geometry, &self.vertices, corners, self.path, place)?;
                 }
             }
         }
@@ -333,7 +352,11 @@ impl<'a, 'b> Obj<'a, 'b> {
         let mut missing = Vec::new();
         for (material, name) in std::mem::take(&mut self.materials) {
             match self.library.get(&name) {
-                Some(read) => self.out.scene.materials[material as usize] = read.clone(),
+                Some((read, maps)) => {
+                    let mut read = read.clone();
+                    maps::apply(maps, &mut read, self.out);
+                    self.out.scene.materials[material as usize] = read;
+                }
                 None => missing.push(name),
             }
         }
@@ -351,6 +374,10 @@ impl<'a, 'b> Obj<'a, 'b> {
             (self.small_faces, "faces with less than three corners are left out"),
             (self.thin_lines, "lines are left out; --strand-width makes strands of them"),
             (self.forward_lines, "lines name vertices that are not before them and are left out"),
+            (
+                self.vertices.broken,
+                "corners name texture coordinates or normals that are not there and have none",
+            ),
             (self.points, "points are left out"),
             (self.curves, "free-form curves and surfaces are left out"),
         ] {

@@ -6,48 +6,62 @@
 //! MTL describes Phong surfaces. `Kd` becomes the base color (`Ks` where a material is a mirror: black `Kd`, `illum`
 //! 3 or 5), `Ns` the roughness of a microfacet lobe of the same width, `d` and `Tr` the opacity, `Ke` the emission.
 //! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass, of the color of `Tf`. `Pr` and `Pm` of the PBR extension, where
-//! given, win.
+//! given, win. Textures are in [`maps`](super::maps).
 
+use super::maps::{Slot, TextureMap};
 use crate::Result;
 use crate::emit::Emitter;
 use crate::map::Map;
 use crate::number::{is_space, parse_f64, words};
-use raystrips_geom::scene::Material;
+use raystrips_geom::scene::{AlphaMode, Material};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Materials by name; the first of a name counts.
-pub(super) type Library = HashMap<String, Material>;
+/// Materials by name, each with its textures; the first of a name counts.
+pub(super) type Library = HashMap<String, (Material, Vec<TextureMap>)>;
 
 /// Adds the materials of the file at `path`.
 pub(super) fn read(path: &Path, library: &mut Library, out: &mut Emitter) -> Result<()> {
     let bytes = Map::open(path)?;
-    let (mut present, mut odd_line, mut textured) = (None, None, false);
+    let (mut present, mut odd_line, mut not_read) = (None::<Phong>, None, false);
     for (number, line) in (1..).zip(bytes.split(|&c| c == b'\n' || c == b'\r')) {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii();
         let (keyword, rest) = line.split_at(line.iter().position(|&c| is_space(c)).unwrap_or(line.len()));
-        textured |= keyword.starts_with(b"map_");
+        let slot = Slot::of(keyword);
+        not_read |=
+            slot.is_none() && (keyword.starts_with(b"map_") || keyword == b"refl" || keyword == b"disp");
         if keyword == b"newmtl" {
             finish(present.replace(Phong::new(rest)), library);
         } else if let Some(phong) = &mut present
-            && phong.set(keyword, rest).is_none()
+            && match slot {
+                Some(slot) => TextureMap::parse(slot, path, rest).map(|map| phong.maps.push(map)),
+                None => phong.set(keyword, rest),
+            }
+            .is_none()
         {
             odd_line.get_or_insert(number);
         }
     }
     finish(present, library);
     if let Some(number) = odd_line {
-        out.warn(path, format_args!("line {number} has no number where one is needed and is left out"));
+        let what = format!("line {number} has no number, or no file, where one is needed and is left out");
+        out.warn(path, what);
     }
-    if textured {
-        out.warn(path, "textures are not read yet, materials have their plain color");
+    if not_read {
+        out.warn(
+            path,
+            "textures other than map_Kd, map_d, map_Ke, map_Pr, map_Pm, map_Bump and norm are not read",
+        );
     }
     Ok(())
 }
 
 fn finish(phong: Option<Phong>, library: &mut Library) {
     if let Some(phong) = phong {
-        library.entry(phong.name.clone()).or_insert_with(|| phong.into_material());
+        library.entry(phong.name.clone()).or_insert_with(|| {
+            let maps = phong.maps.clone();
+            (phong.into_material(), maps)
+        });
     }
 }
 
@@ -65,7 +79,7 @@ struct Phong {
     illumination: i32,
     roughness: Option<f32>,
     metallic: Option<f32>,
-    has_diffuse_map: bool,
+    maps: Vec<TextureMap>,
 }
 
 impl Phong {
@@ -86,7 +100,6 @@ impl Phong {
             b"Tr" => self.opacity = self.opacity.or(Some(1.0 - number(rest)?)),
             b"illum" => self.illumination = number(rest)? as i32,
             b"Pr" => self.roughness = Some(number(rest)?),
-            b"map_Kd" => self.has_diffuse_map = true,
             b"Pm" => self.metallic = Some(number(rest)?),
             _ => {}
         }
@@ -105,19 +118,30 @@ impl Phong {
         // A Phong lobe of exponent n is as wide as a Beckmann lobe of alpha^2 = 2 / (n + 2); alpha is roughness^2.
         let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).sqrt().sqrt());
         let smooth = if mirror || glass { Some(0.0) } else { None };
-        // Black with a texture means the color of the texture, which is not read yet.
-        let diffuse = self.diffuse.filter(|&c| !(self.has_diffuse_map && black(c)));
+        let has = |slot| self.maps.iter().any(|map| map.slot == slot);
+        // Black with a texture means the color of the texture; to most programs, any color does.
+        let of_texture = has(Slot::BaseColor).then_some([1.0; 3]);
+        let diffuse = of_texture.or(self.diffuse);
         let base_color = if mirror { self.specular } else { diffuse }.unwrap_or(plain.base_color);
         let base_color = match self.filter.filter(|_| glass) {
             Some(filter) => filter,
             None if glass && black(base_color) => [1.0; 3],
             None => base_color,
         };
+        let alpha = if glass { 1.0 } else { self.opacity.unwrap_or(1.0).clamp(0.0, 1.0) };
         Material {
             base_color: base_color.map(|c| c.clamp(0.0, 1.0)),
-            alpha: if glass { 1.0 } else { self.opacity.unwrap_or(1.0).clamp(0.0, 1.0) },
-            emission: self.emission.map(|c| c.max(0.0)),
-            metallic: self.metallic.unwrap_or(if mirror { 1.0 } else { 0.0 }).clamp(0.0, 1.0),
+            alpha_mode: if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Uniform },
+            alpha,
+            emission: if has(Slot::Emission) && black(self.emission) {
+                [1.0; 3]
+            } else {
+                self.emission.map(|c| c.max(0.0))
+            },
+            metallic: self
+                .metallic
+                .unwrap_or(if mirror || has(Slot::Metallic) { 1.0 } else { 0.0 })
+                .clamp(0.0, 1.0),
             roughness: self.roughness.or(smooth).or(lobe).unwrap_or(plain.roughness).clamp(0.0, 1.0),
             transmission: if glass { 1.0 } else { 0.0 },
             ior: self.ior.filter(|&ior| ior >= 1.0).unwrap_or(plain.ior),
@@ -170,28 +194,28 @@ mod tests {
              newmtl bottle\nKd .8 .8 .8\nTf 0 1 0\nNi 1.5\nillum 6",
         );
         assert!(warnings.is_empty(), "{warnings:?}");
-        assert_eq!((library["red wall"].base_color, library["red wall"].alpha), ([1.0, 0.0, 0.0], 0.5));
-        assert_eq!((library["glass"].transmission, library["glass"].ior), (1.0, 1.5));
-        assert_eq!((library["bottle"].base_color, library["bottle"].specular), ([0.0, 1.0, 0.0], 1.0));
-        assert_eq!(library["red wall"].specular, 0.0);
-        assert_eq!((library["mirror"].metallic, library["mirror"].roughness), (1.0, 0.0));
-        assert_eq!((library["lamp"].emission, library["lamp"].base_color), ([4.0; 3], [0.5; 3]));
+        assert_eq!((library["red wall"].0.base_color, library["red wall"].0.alpha), ([1.0, 0.0, 0.0], 0.5));
+        assert_eq!((library["glass"].0.transmission, library["glass"].0.ior), (1.0, 1.5));
+        assert_eq!((library["bottle"].0.base_color, library["bottle"].0.specular), ([0.0, 1.0, 0.0], 1.0));
+        assert_eq!(library["red wall"].0.specular, 0.0);
+        assert_eq!((library["mirror"].0.metallic, library["mirror"].0.roughness), (1.0, 0.0));
+        assert_eq!((library["lamp"].0.emission, library["lamp"].0.base_color), ([4.0; 3], [0.5; 3]));
     }
 
     #[test]
-    fn black_with_a_texture_is_not_black() {
+    fn what_has_a_texture_has_its_color() {
         let (library, warnings) =
-            library("newmtl a\nKd 0 0 0\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nKd 1 0 0");
-        assert_eq!(library["a"].base_color, Material::default().base_color);
-        assert_eq!(library["b"].base_color, [1.0, 0.0, 0.0]);
-        assert_eq!(warnings.len(), 1);
+            library("newmtl a\nKd 0 0 0\nmap_Kd a.png\nnewmtl b\nmap_Ke b.png\nKd 1 0 0\nmap_Ks c.png");
+        assert_eq!((library["a"].0.base_color, library["a"].1[0].slot), ([1.0; 3], Slot::BaseColor));
+        assert_eq!((library["b"].0.base_color, library["b"].0.emission), ([1.0, 0.0, 0.0], [1.0; 3]));
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
     }
 
     #[test]
     fn odd_lines_cost_only_themselves() {
         let (library, warnings) = library("Kd 1 1 1\nnewmtl a\nKd x\nmap_Kd\nNs\nKs 1 0\nKd 0.1 0.2 0.3");
-        assert_eq!(library["a"].base_color, [0.1, 0.2, 0.3]);
-        assert_eq!(warnings.len(), 2);
+        assert_eq!(library["a"].0.base_color, [0.1, 0.2, 0.3]);
+        assert_eq!(warnings.len(), 1);
         assert!(warnings[0].contains("line 3"), "{warnings:?}");
     }
 }
