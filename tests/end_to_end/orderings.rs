@@ -21,8 +21,8 @@ fn params_of(integrator: Integrator, threads: usize) -> RenderParams {
 /// The pack at `path` with so many percent of its pages in memory.
 fn paged_world(path: &Path, percent: u64) -> PagedWorld {
     let pages = Scene::open(path).unwrap().manifest().pages;
-    let frame_bytes = PagePool::frame_bytes(PagePool::open(path, 0).unwrap().pack());
-    PagedWorld::new(PagePool::open(path, (pages * percent / 100).max(2) * frame_bytes).unwrap())
+    let frame_bytes = PagePool::frame_bytes(PagePool::open(path, 0, 0).unwrap().pack());
+    PagedWorld::new(PagePool::open(path, (pages * percent / 100).max(2) * frame_bytes, 1 << 20).unwrap())
 }
 
 fn hit_points(path: &Path, world: &dyn World) -> HitPoints {

@@ -1,7 +1,7 @@
 //! Triangles or windows of strands as bytes in scratch files: some thousand of one geometry at a time, with the vertices
 //! they name.
 //!
-//! A block is a head, then positions, then *items*: corners of triangles as places in them, or [`StoredWindow`]s, then the
+//! A block is a head, then positions, then the record of attributes of each, if there are any, then *items*: corners of triangles as places in them, or [`StoredWindow`]s, then the
 //! radius of each position of strands, then, where ids are kept, the place of each triangle in the batch that it came
 //! from, then, where the mesh was simplified, the quadric of each position. Little-endian; nothing is aligned. Memory and disk: 12 to 14 bytes a triangle where neighbors in the mesh are
 //! neighbors in the file, and 22 more with quadrics.
@@ -10,8 +10,8 @@ use crate::mesh::has_area;
 use crate::positions::ToPack;
 use bytemuck::{Pod, Zeroable, pod_read_unaligned};
 use glam::Vec3;
-use raystrips_geom::Aabb;
 use raystrips_geom::strand::ball_bounds;
+use raystrips_geom::{Aabb, Streams};
 use raystrips_meshio::TriangleBatch;
 use raystrips_simplify::StoredQuadric;
 use std::io;
@@ -37,6 +37,8 @@ const PLACES: u32 = 2;
 const QUADRICS: u32 = 4;
 /// Items are windows of strands, and positions have radii.
 const STRANDS: u32 = 8;
+/// From this bit on, which attributes there are.
+const STREAMS_SHIFT: u32 = 8;
 
 /// A window of a strand.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -57,6 +59,7 @@ pub(crate) struct StoredWindow {
 pub(crate) struct Block<'a> {
     head: Head,
     positions: &'a [u8],
+    attributes: &'a [u8],
     items: &'a [u8],
     radii: &'a [u8],
     places: &'a [u8],
@@ -72,6 +75,10 @@ pub(crate) struct Contents<'a> {
     pub first_id: u64,
     /// At most 2^16.
     pub positions: &'a [Vec3],
+    /// What positions have besides.
+    pub streams: Streams,
+    /// A record of that for each.
+    pub attributes: &'a [u8],
     /// Corners as places among the positions.
     pub triangles: &'a [[u32; 3]],
     /// Place of each triangle in its batch; empty if ids are not kept.
@@ -90,15 +97,18 @@ pub(crate) fn of_batch(batch: &TriangleBatch) -> Vec<u8> {
     } else {
         writer.positions(batch.positions.iter().copied(), WIDE_POSITIONS);
     }
+    writer.attributes(batch.streams, &batch.attributes);
     writer.corners(&batch.triangles);
     writer.finish()
 }
 
 /// Triangles on their way to a piece.
 pub(crate) fn of_triangles(contents: &Contents) -> Vec<u8> {
-    let Contents { geometry, first_id, positions, triangles, places, quadrics } = contents;
+    let Contents { geometry, first_id, positions, streams, attributes, triangles, places, quadrics } =
+        contents;
     let mut writer = Writer::new(*geometry, *first_id, triangles.len());
     writer.positions(positions.iter().map(|p| p.to_array()), 0);
+    writer.attributes(*streams, attributes);
     writer.corners(triangles);
     for (flag, bytes) in [(PLACES, bytemuck::cast_slice(places)), (QUADRICS, bytemuck::cast_slice(quadrics))]
     {
@@ -152,6 +162,12 @@ impl Writer {
         positions.for_each(|p| self.bytes.extend_from_slice(bytemuck::bytes_of(&p)));
     }
 
+    fn attributes(&mut self, streams: Streams, records: &[u8]) {
+        debug_assert_eq!(records.len(), self.head.vertex_count as usize * streams.record_bytes());
+        self.head.flags |= u32::from(streams.bits()) << STREAMS_SHIFT;
+        self.bytes.extend_from_slice(records);
+    }
+
     /// Batches have at most 2^16 positions.
     fn corners(&mut self, triangles: &[[u32; 3]]) {
         self.bytes.reserve(triangles.len() * size_of::<[u16; 3]>());
@@ -170,6 +186,10 @@ impl Writer {
 fn checksum(head: Head, body: &[u8]) -> u32 {
     let head = Head { checksum: 0, ..head };
     crc32c::crc32c_append(crc32c::crc32c(bytemuck::bytes_of(&head)), body)
+}
+
+fn streams(head: Head) -> Option<Streams> {
+    Streams::from_bits(u8::try_from(head.flags >> STREAMS_SHIFT).ok()?)
 }
 
 impl<'a> Block<'a> {
@@ -199,14 +219,16 @@ impl<'a> Block<'a> {
             true => (size_of::<StoredWindow>(), size_of::<f32>()),
             false => (size_of::<[u16; 3]>(), 0),
         };
+        let streams = streams(head)?;
         let (positions, rest) = body.split_at_checked(vertex_count * position_bytes)?;
+        let (attributes, rest) = rest.split_at_checked(vertex_count * streams.record_bytes())?;
         let (items, rest) = rest.split_at_checked(count * item_bytes)?;
         let (radii, rest) = rest.split_at_checked(vertex_count * radius_bytes)?;
         let (places, rest) = rest.split_at_checked(if has(PLACES) { 2 * count } else { 0 })?;
         let quadric_bytes = if has(QUADRICS) { size_of::<StoredQuadric>() } else { 0 };
         let (quadrics, rest) = rest.split_at_checked(vertex_count * quadric_bytes)?;
         let whole = checksum(head, &body[..body.len() - rest.len()]) == head.checksum;
-        whole.then_some((Block { head, positions, items, radii, places, quadrics }, rest))
+        whole.then_some((Block { head, positions, attributes, items, radii, places, quadrics }, rest))
     }
 
     /// Geometry of all of it.
@@ -217,6 +239,16 @@ impl<'a> Block<'a> {
     /// Number of the first triangle or segment of the batch that it came from.
     pub fn first_id(&self) -> u64 {
         self.head.first_id
+    }
+
+    /// What positions have besides.
+    pub fn streams(&self) -> Streams {
+        streams(self.head).unwrap_or_default()
+    }
+
+    /// The record of that of each position.
+    pub fn attributes(&self) -> &'a [u8] {
+        self.attributes
     }
 
     pub fn item_count(&self) -> usize {
@@ -313,6 +345,8 @@ mod tests {
             geometry: 1,
             first_id: 5,
             positions: &[Vec3::X, Vec3::Y, Vec3::Z],
+            streams: Streams::NORMALS,
+            attributes: &[7; 12],
             triangles: &[[2, 1, 0]],
             places: &[9],
             quadrics: &[StoredQuadric::default(); 3],
@@ -326,6 +360,7 @@ mod tests {
             positions: (0..1 << 16).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
             triangles: vec![[0, 1, 2], [65_535, 5, 1]],
             first_triangle_id: 1 << 40,
+            ..TriangleBatch::default()
         };
         let mut bytes = of_batch(&batch);
         batch.positions[3][0] = 0.1;
@@ -341,6 +376,7 @@ mod tests {
         assert_eq!((blocks[1].geometry(), blocks[1].first_id(), blocks[1].ids().next()), (7, 1 << 40, None));
         assert_eq!(blocks[2].ids().collect::<Vec<_>>(), [14]);
         assert_eq!(blocks[2].triangles().next(), Some([2, 1, 0]));
+        assert_eq!((blocks[2].streams(), blocks[2].attributes()), (Streams::NORMALS, &[7; 12][..]));
         assert_eq!(blocks.iter().map(|b| b.quadrics().count()).collect::<Vec<_>>(), [0, 0, 3]);
     }
 

@@ -146,7 +146,7 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keeps: Keeps) -
         return split_strands(block, &positions, &places);
     }
     let triangles: Vec<[u32; 3]> = block.triangles().collect();
-    let mut renumbered = Renumbered::new(&positions, block.quadrics().collect());
+    let mut renumbered = Renumbered::new(&positions, block);
     let parts = places.chunk_by(|a, b| a.0 == b.0).map(|group| {
         renumbered.clear();
         let corners: Vec<[u32; 3]> =
@@ -157,6 +157,8 @@ fn split(block: &Block, partition: &Partition, to_pack: &ToPack, keeps: Keeps) -
             geometry: block.geometry(),
             first_id: block.first_id(),
             positions: &renumbered.used,
+            streams: block.streams(),
+            attributes: &renumbered.used_attributes,
             triangles: &corners,
             places: &kept,
             quadrics: &renumbered.used_quadrics,
@@ -190,23 +192,36 @@ struct Renumbered<'a> {
     /// Those that no part has used yet. The first one to use a vertex gets all of its quadric, since quadrics of a vertex
     /// are going to be added up.
     quadrics: Vec<StoredQuadric>,
+    attributes: &'a [u8],
+    record_bytes: usize,
     /// For each vertex of the block the part that used it last, and its number there.
     numbers: Vec<(u32, u32)>,
     part: u32,
     used: Vec<Vec3>,
     used_quadrics: Vec<StoredQuadric>,
+    used_attributes: Vec<u8>,
 }
 
 impl<'a> Renumbered<'a> {
-    fn new(positions: &'a [Vec3], quadrics: Vec<StoredQuadric>) -> Renumbered<'a> {
-        let numbers = vec![(0, 0); positions.len()];
-        Renumbered { positions, quadrics, numbers, part: 0, used: Vec::new(), used_quadrics: Vec::new() }
+    fn new(positions: &'a [Vec3], block: &Block<'a>) -> Renumbered<'a> {
+        Renumbered {
+            positions,
+            quadrics: block.quadrics().collect(),
+            attributes: block.attributes(),
+            record_bytes: block.streams().record_bytes(),
+            numbers: vec![(0, 0); positions.len()],
+            part: 0,
+            used: Vec::new(),
+            used_quadrics: Vec::new(),
+            used_attributes: Vec::new(),
+        }
     }
 
     fn clear(&mut self) {
         self.part += 1;
         self.used.clear();
         self.used_quadrics.clear();
+        self.used_attributes.clear();
     }
 
     fn number(&mut self, vertex: u32) -> u32 {
@@ -215,6 +230,8 @@ impl<'a> Renumbered<'a> {
             *entry = (self.part, self.used.len() as u32);
             self.used.push(self.positions[vertex as usize]);
             self.used_quadrics.extend(self.quadrics.get_mut(vertex as usize).map(StoredQuadric::take));
+            let record = vertex as usize * self.record_bytes;
+            self.used_attributes.extend_from_slice(&self.attributes[record..record + self.record_bytes]);
         }
         entry.1
     }

@@ -8,7 +8,7 @@ use crate::strands::{self, RadiusRange};
 use crate::{ConvertError, Observer, Stage};
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
-use raystrips_meshio::{FileStamp, ImportOptions, StrandBatch, TriangleBatch, TriangleSink};
+use raystrips_meshio::{FileStamp, ImageSource, ImportOptions, StrandBatch, TriangleBatch, TriangleSink};
 use raystrips_pack::Dropped;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -32,6 +32,8 @@ pub(crate) struct Imported {
     pub dropped: Dropped,
     pub warnings: Vec<String>,
     pub files: Vec<FileStamp>,
+    /// Where the images of the scene are.
+    pub images: Vec<ImageSource>,
     /// Offset and bytes in the spool of each chunk of blocks of triangles.
     chunks: Vec<(u64, u64)>,
     /// The same of strands.
@@ -101,6 +103,7 @@ pub(crate) fn import(
         },
         warnings,
         files: import.report.files,
+        images: import.images,
         chunks: sink.triangles.done,
         strand_chunks: sink.strands.done,
     };

@@ -327,11 +327,12 @@ pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
     let ConvertParams { page_size, layout, strips, positions, keep_ids, proxies, import, .. } = params;
     let mut text = format!(
-        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {} {:?}\n",
+        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {} {:?} {}\n",
         env!("CARGO_PKG_VERSION"),
         raystrips_pack::layout::FORMAT_VERSION,
         import.drop_out_of_range,
         import.strand_width,
+        import.bare,
     );
     for path in inputs {
         text += &format!("{:?}\n", FileStamp::of(path));

@@ -7,6 +7,7 @@
 //! goes on.
 
 mod assemble;
+mod attributes;
 mod block;
 mod blocks;
 mod borders;
@@ -31,6 +32,7 @@ mod queue;
 mod report;
 mod sidecar;
 mod strands;
+mod textures;
 mod top;
 
 pub use layout::Layout;
@@ -60,6 +62,7 @@ use report::Clock;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use textures::Tiles;
 
 /// Most scratch bytes a triangle of an import whose triangles share their vertices with neighbors in the file.
 const COHERENT_BYTES: u64 = 30;
@@ -167,9 +170,16 @@ impl Conversion<'_> {
             clock.record(Stage::Simplify);
         }
         let sort_memory = self.plan.sort_memory();
-        let (manifest, file_bytes) = output.finish(tree, sort_memory, &geometry_bounds, &proxies)?;
+        let Imported { mut warnings, files, images, .. } = imported;
+        let tiles = match images.is_empty() {
+            true => None,
+            false => {
+                let (file, scene) = output.images()?;
+                Some(Tiles::make(&images, scene, file, sort_memory, &mut warnings)?)
+            }
+        };
+        let (manifest, file_bytes) = output.finish(tree, sort_memory, &geometry_bounds, &proxies, tiles)?;
         clock.record(Stage::Finish);
-        let Imported { warnings, files, .. } = imported;
         let proxies =
             proxies.iter().map(|p| ProxyReport { triangles: p.triangles, bytes: p.bytes }).collect();
         Ok(ConvertReport { manifest, file_bytes, proxies, seconds: clock.seconds, warnings, files })

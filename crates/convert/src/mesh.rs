@@ -1,5 +1,6 @@
 //! Blocks of a piece to one mesh: equal positions made one vertex.
 
+use crate::attributes::CornerAttributes;
 use crate::block::Block;
 use crate::hash::FastMap;
 use glam::{DVec3, Vec3};
@@ -15,6 +16,8 @@ pub(crate) struct Welded {
     pub ids: Vec<u64>,
     /// Quadric of each vertex: the sum of those that it comes with; empty if the mesh is as it was imported.
     pub quadrics: Vec<StoredQuadric>,
+    /// Of the corners of the triangles.
+    pub attributes: CornerAttributes,
     numbers: FastMap<[u32; 3], u32>,
 }
 
@@ -35,6 +38,7 @@ impl Welded {
         let mut vertices = Vec::new();
         for block in Block::all(bytes) {
             let block = block?;
+            self.attributes.add(&block, self.mesh.triangles.len());
             vertices.clear();
             vertices.extend(block.points().map(|point| self.vertex(point)));
             self.mesh
@@ -99,7 +103,7 @@ mod tests {
             positions: &corners,
             triangles: &[[0, 1, 2], [3, 2, 1]],
             places: &[4, 6],
-            quadrics: &[],
+            ..Contents::default()
         });
         bytes.extend(block::of_triangles(&Contents {
             geometry: 5,
@@ -107,7 +111,7 @@ mod tests {
             positions: &[Vec3::Y, Vec3::X, Vec3::ONE],
             triangles: &[[0, 1, 2]],
             places: &[0],
-            quadrics: &[],
+            ..Contents::default()
         }));
         let mut welded = Welded::with_capacity(3);
         welded.add(&bytes).unwrap();

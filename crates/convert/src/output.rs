@@ -8,8 +8,10 @@ use crate::flat_tree::FlatTree;
 use crate::piece::BuiltPiece;
 use crate::proxy::PackedProxy;
 use crate::sidecar::{Added, Sidecar};
+use crate::textures::Tiles;
 use crate::top::{Entry, Top};
 use raystrips_extmem::{Extent, Spool};
+use raystrips_geom::scene::SceneDesc;
 use raystrips_pack::{GeometryBounds, Manifest, PackContents, PackWriter, PageRecord, TopEntry};
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
@@ -23,6 +25,8 @@ const IDS: &str = "ids";
 const EMITTERS: &str = "emitters";
 const SHARED: &str = "shared";
 const SIMPLIFIED: &str = "simplified";
+const ATTRIBUTES: &str = "attributes";
+const ATTRIBUTE_DIRECTORY: &str = "attribute_directory";
 
 /// Where the parts of an unfinished pack are.
 pub(crate) struct Files {
@@ -51,6 +55,8 @@ pub(crate) struct PieceRecord {
     ids: Added,
     emitters: Added,
     shared_vertices: Added,
+    attributes: Added,
+    attribute_directory: Added,
     simplified: Added,
     simplified_triangles: u64,
 }
@@ -64,6 +70,9 @@ pub(crate) struct Output<'a> {
     emitters: Sidecar,
     /// Vertices that several pieces may have.
     shared_vertices: Sidecar,
+    /// Attributes of pages.
+    attributes: Sidecar,
+    attribute_directory: Sidecar,
     /// First level of the proxy.
     simplified: Sidecar,
     /// Pieces in it.
@@ -85,7 +94,11 @@ impl<'a> Output<'a> {
         let (emitters, emitters_whole) = sidecar(EMITTERS, |piece| piece.emitters)?;
         let (shared_vertices, shared_whole) = sidecar(SHARED, |piece| piece.shared_vertices)?;
         let (simplified, simplified_whole) = sidecar(SIMPLIFIED, |piece| piece.simplified)?;
-        pieces.truncate(ids_whole.min(emitters_whole).min(shared_whole).min(simplified_whole));
+        let (attributes, attributes_whole) = sidecar(ATTRIBUTES, |piece| piece.attributes)?;
+        let (attribute_directory, directory_whole) =
+            sidecar(ATTRIBUTE_DIRECTORY, |piece| piece.attribute_directory)?;
+        let whole = [ids_whole, emitters_whole, shared_whole, attributes_whole, directory_whole];
+        pieces.truncate(whole.into_iter().fold(simplified_whole, usize::min));
         let partial = files.path(PACK);
         let (writer, whole) = if pieces.is_empty() || !partial.exists() {
             (PackWriter::create(&partial, manifest).map_err(ConvertError::write(path))?, 0)
@@ -94,7 +107,18 @@ impl<'a> Output<'a> {
             PackWriter::reopen(&partial, manifest, &pages).map_err(ConvertError::write(path))?
         };
         pieces.truncate(whole);
-        let mut output = Output { path, files, writer, ids, emitters, shared_vertices, simplified, pieces };
+        let mut output = Output {
+            path,
+            files,
+            writer,
+            ids,
+            emitters,
+            shared_vertices,
+            attributes,
+            attribute_directory,
+            simplified,
+            pieces,
+        };
         output.cut().map_err(ConvertError::Scratch)?;
         Ok(output)
     }
@@ -104,6 +128,8 @@ impl<'a> Output<'a> {
         self.ids.cut(self.pieces.iter().map(|piece| piece.ids))?;
         self.emitters.cut(self.pieces.iter().map(|piece| piece.emitters))?;
         self.simplified.cut(self.pieces.iter().map(|piece| piece.simplified))?;
+        self.attributes.cut(self.pieces.iter().map(|piece| piece.attributes))?;
+        self.attribute_directory.cut(self.pieces.iter().map(|piece| piece.attribute_directory))?;
         self.shared_vertices.cut(self.pieces.iter().map(|piece| piece.shared_vertices))
     }
 
@@ -116,15 +142,18 @@ impl<'a> Output<'a> {
     pub fn add(&mut self, piece: BuiltPiece) -> Result<PieceRecord, ConvertError> {
         let pages = self.writer.pages(&piece.assembled.pages, piece.assembled.file_order.order());
         let pages = pages.and_then(|pages| self.writer.flush().map(|()| pages));
-        let mut sidecars = || -> io::Result<[Added; 4]> {
+        let mut sidecars = || -> io::Result<[Added; 6]> {
             Ok([
                 self.ids.add(&piece.ids)?,
                 self.emitters.add(bytemuck::cast_slice(&piece.emitters))?,
                 self.shared_vertices.add(bytemuck::cast_slice(&piece.shared_vertices))?,
                 self.simplified.add(&piece.simplified.bytes)?,
+                self.attributes.add(&piece.attributes.1)?,
+                self.attribute_directory.add(bytemuck::cast_slice(&piece.attributes.0))?,
             ])
         };
-        let [ids, emitters, shared_vertices, simplified] = sidecars().map_err(ConvertError::Scratch)?;
+        let [ids, emitters, shared_vertices, simplified, attributes, attribute_directory] =
+            sidecars().map_err(ConvertError::Scratch)?;
         let record = PieceRecord {
             number: self.pieces.len() as u64,
             pages: pages.map_err(ConvertError::write(self.path))?,
@@ -134,6 +163,8 @@ impl<'a> Output<'a> {
             ids,
             emitters,
             shared_vertices,
+            attributes,
+            attribute_directory,
             simplified,
             simplified_triangles: piece.simplified.triangles,
         };
@@ -160,6 +191,12 @@ impl<'a> Output<'a> {
         })
     }
 
+    /// A new file beside the pack that nobody else sees, and the scene, for images to be put there.
+    pub fn images(&mut self) -> Result<(File, &mut SceneDesc), ConvertError> {
+        let file = tempfile::tempfile_in(&self.files.folder).map_err(ConvertError::Scratch)?;
+        Ok((file, &mut self.writer.manifest_mut().scene))
+    }
+
     /// Completes the pack; `tree` is the hierarchy over its pieces. Gives its manifest and length.
     pub fn finish(
         mut self,
@@ -167,6 +204,7 @@ impl<'a> Output<'a> {
         memory_bytes: u64,
         geometry_bounds: &[GeometryBounds],
         proxies: &[PackedProxy],
+        mut tiles: Option<Tiles>,
     ) -> Result<(Manifest, u64), ConvertError> {
         let (tree, entries) = self.tree_and_entries(tree)?;
         let top = Top::over(&tree, &entries).map_err(ConvertError::write(self.path))?;
@@ -181,6 +219,13 @@ impl<'a> Output<'a> {
         let open = |proxy: &PackedProxy| Ok((proxy.kind, File::open(&proxy.path)?));
         let files: io::Result<Vec<_>> = proxies.iter().map(open).collect();
         let mut files = files.map_err(ConvertError::Scratch)?;
+        let has_attributes = self.pieces.iter().any(|piece| piece.attributes.bytes() > 0);
+        let mut attributes = [
+            self.attribute_directory.read().map_err(ConvertError::Scratch)?,
+            self.attributes.read().map_err(ConvertError::Scratch)?,
+        ];
+        let [directory, blocks] = &mut attributes;
+        let checksums = tiles.as_ref().map(|tiles| tiles.checksums.clone()).unwrap_or_default();
         let contents = PackContents {
             top_nodes: &top.nodes,
             top_entries: &top.entries,
@@ -188,6 +233,8 @@ impl<'a> Output<'a> {
             triangle_ids: &mut self.ids.read().map_err(ConvertError::Scratch)?,
             geometry_bounds,
             proxies: files.iter_mut().map(|(kind, file)| (*kind, file as &mut dyn Read)).collect(),
+            attributes: has_attributes.then_some([directory as &mut dyn Read, blocks]),
+            tiles: tiles.as_mut().map(|tiles| (tiles.read(), &checksums[..])),
         };
         self.writer.finish(self.path, contents).map_err(ConvertError::write(self.path))
     }

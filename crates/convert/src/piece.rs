@@ -11,7 +11,7 @@ use crate::proxy::{Level, Simplified};
 use crate::strands::{PieceOfStrands, StrandThinning};
 use crate::{ConvertError, ConvertParams};
 use raystrips_geom::{Aabb, RadiusCode};
-use raystrips_pack::Emitter;
+use raystrips_pack::{AttributeEntry, Emitter};
 use raystrips_strips::StripTree;
 use std::path::Path;
 
@@ -50,6 +50,8 @@ pub(crate) struct BuiltPiece {
     pub emitters: Vec<Emitter>,
     /// As stored.
     pub ids: Vec<u8>,
+    /// Attributes of the pages, and their directory; empty if there are none.
+    pub attributes: (Vec<AttributeEntry>, Vec<u8>),
     /// Vertices that other pieces may have too.
     pub shared_vertices: Vec<Position>,
     /// Vertices that no other piece has.
@@ -83,16 +85,18 @@ fn build_triangles(
     first_triangle: u64,
     finished: &(dyn Fn(usize) + Sync),
 ) -> Result<BuiltPiece, ConvertError> {
-    let Welded { mesh, ids, .. } = context.pieces.read(number)?;
+    let Welded { mesh, ids, attributes, .. } = context.pieces.read(number)?;
     let shared_vertices = borders::shared(&mesh.positions, &borders::overlaps(&context.boxes, number));
     let emitters = emitters(shines, &mesh);
     let mut built = raystrips_strips::build(&mesh, &context.params.strips, finished);
     order_vertices(context.params.layout, &mut built.clusters);
-    let (assembled, ids) = finish(context, built, &ids, RadiusCode::default(), first_triangle)?;
+    let (assembled, ids) = finish(context, &built, &ids, RadiusCode::default(), first_triangle)?;
+    let attributes = attributes.of_pages(&built, &assembled.pages);
+    drop(built);
     let own_vertices = (mesh.positions.len() - shared_vertices.len()) as u64;
     let simplify = |level: &Level| level.simplified(mesh, Vec::new(), number);
     let simplified = first_level.map(simplify).unwrap_or_default();
-    Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices, simplified })
+    Ok(BuiltPiece { assembled, emitters, ids, attributes, shared_vertices, own_vertices, simplified })
 }
 
 fn build_strands(
@@ -105,7 +109,8 @@ fn build_strands(
     let PieceOfStrands { strands, ids } = PieceOfStrands::read(context.pieces, number, radii)?;
     let built = raystrips_strips::build_strands(&strands, radii, finished);
     drop(strands);
-    let (assembled, ids) = finish(context, built, &ids, radii, first_segment)?;
+    let (assembled, ids) = finish(context, &built, &ids, radii, first_segment)?;
+    drop(built);
     let mut simplified = Simplified::default();
     if let Some(thinning) = thinning {
         context.pieces.for_each_part(number, |bytes| {
@@ -117,19 +122,20 @@ fn build_strands(
     }
     // Points that pieces share are counted by the import.
     let (emitters, shared_vertices) = (Vec::new(), Vec::new());
-    Ok(BuiltPiece { assembled, emitters, ids, shared_vertices, own_vertices: 0, simplified })
+    let attributes = (vec![AttributeEntry::default(); assembled.pages.len()], Vec::new());
+    Ok(BuiltPiece { assembled, emitters, ids, attributes, shared_vertices, own_vertices: 0, simplified })
 }
 
 /// Pages and stored ids of a built piece.
 fn finish(
     context: &Context,
-    built: StripTree,
+    built: &StripTree,
     ids: &[u64],
     radii: RadiusCode,
     first_primitive: u64,
 ) -> Result<(Assembled, Vec<u8>), ConvertError> {
     let style = PageStyle { size: context.params.page_size as usize, layout: context.params.layout, radii };
-    let ids = if context.id_bytes > 0 { encode_ids(&built, ids, context.id_bytes) } else { Vec::new() };
-    let assembled = assemble(&built, style, first_primitive).map_err(ConvertError::write(context.output))?;
+    let ids = if context.id_bytes > 0 { encode_ids(built, ids, context.id_bytes) } else { Vec::new() };
+    let assembled = assemble(built, style, first_primitive).map_err(ConvertError::write(context.output))?;
     Ok((assembled, ids))
 }

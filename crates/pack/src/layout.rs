@@ -9,7 +9,7 @@ use raystrips_geom::{Aabb, Frame, NodeGrid, PageGrid, RadiusCode, Subgrid};
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 4;
+pub const FORMAT_VERSION: u32 = 5;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].
@@ -100,6 +100,37 @@ pub enum Section {
     FineProxy = 8,
     /// A pack of a scene simplified further; optional.
     CoarseProxy = 9,
+    /// [`AttributeEntry`] for each page; optional.
+    AttributeDirectory = 10,
+    /// The blocks that [`Section::AttributeDirectory`] lists, one after the other; optional.
+    Attributes = 11,
+    /// Tiles of images, [`TILE_BYTES`](raystrips_geom::texture::TILE_BYTES) each; optional.
+    Tiles = 12,
+    /// CRC-32C of each tile; optional.
+    TileChecksums = 13,
+}
+
+/// Directory entry of the attributes of a page.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct AttributeEntry {
+    /// Length of the block; 0 if the page has no attributes.
+    pub bytes: u32,
+    /// CRC-32C of the block.
+    pub checksum: u32,
+}
+
+/// Begins the attributes of a page.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct AttributeHeader {
+    /// Records, which follow.
+    pub record_count: u32,
+    /// Triangles of the page, whose corners follow the records: which record each has, in 16 bits, or in 32 if there are more
+    /// than 65536 records.
+    pub triangle_count: u32,
+    /// Bits of the [`Streams`](raystrips_geom::Streams) that records hold.
+    pub streams: u32,
 }
 
 /// The box of a geometry; where that has no triangles, least corner +∞ and greatest corner -∞.

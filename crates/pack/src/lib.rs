@@ -12,6 +12,7 @@ compile_error!(
     "pages are read in place and are little-endian; a big-endian reader would have to swap them first"
 );
 
+pub mod attributes;
 pub mod error;
 pub mod layout;
 pub mod manifest;
@@ -20,17 +21,20 @@ pub mod page;
 mod proxy;
 pub mod reader;
 mod sections;
+mod shading;
 pub mod strand_record;
 pub mod strip_record;
 pub mod vertices;
 pub mod writer;
 
+pub use attributes::{AttributeBuilder, AttributeView, check_attributes};
 pub use error::PackError;
-pub use layout::{Emitter, GeometryBounds, PageEntry, PageId, TopEntry, TopNode, WideNode};
+pub use layout::{AttributeEntry, Emitter, GeometryBounds, PageEntry, PageId, TopEntry, TopNode, WideNode};
 pub use manifest::{ByteCounts, Dropped, Manifest};
 pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_checksum, check::check_page};
 pub use proxy::ProxyKind;
 pub use reader::Pack;
+pub use shading::Shading;
 pub use strand_record::StrandView;
 pub use strip_record::{StripView, WindowHead};
 pub use vertices::VertexCode;

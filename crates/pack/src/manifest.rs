@@ -69,6 +69,10 @@ pub struct ByteCounts {
     pub page_overhead: u64,
     /// Original triangle ids.
     pub ids: u64,
+    /// Attributes of vertices, with their directory.
+    pub attributes: u64,
+    /// Tiles of images, with their checksums.
+    pub textures: u64,
 }
 
 impl ByteCounts {
@@ -80,15 +84,35 @@ impl ByteCounts {
     /// True where no count is greater than that of `all`.
     pub(crate) fn is_part_of(&self, all: &ByteCounts) -> bool {
         let counts = |c: &ByteCounts| {
-            [c.vertices, c.indices, c.strip_trees, c.nodes, c.materials, c.page_overhead, c.ids]
+            [
+                c.vertices,
+                c.indices,
+                c.strip_trees,
+                c.nodes,
+                c.materials,
+                c.page_overhead,
+                c.ids,
+                c.attributes,
+                c.textures,
+            ]
         };
         counts(self).iter().zip(counts(all)).all(|(&part, all)| part <= all)
     }
 
     /// All of it; `None` where that is beyond 64 bits, which only a hostile file can say.
     pub(crate) fn total(&self) -> Option<u64> {
-        let ByteCounts { vertices, indices, strip_trees, nodes, materials, page_overhead, ids } = *self;
-        [indices, strip_trees, nodes, materials, page_overhead, ids]
+        let ByteCounts {
+            vertices,
+            indices,
+            strip_trees,
+            nodes,
+            materials,
+            page_overhead,
+            ids,
+            attributes,
+            textures,
+        } = *self;
+        [indices, strip_trees, nodes, materials, page_overhead, ids, attributes, textures]
             .into_iter()
             .try_fold(vertices, u64::checked_add)
     }
@@ -104,6 +128,8 @@ impl ByteCounts {
             materials: self.materials - part.materials,
             page_overhead: self.page_overhead - part.page_overhead,
             ids: self.ids - part.ids,
+            attributes: self.attributes - part.attributes,
+            textures: self.textures - part.textures,
         }
     }
 
@@ -116,6 +142,8 @@ impl ByteCounts {
         self.materials += other.materials;
         self.page_overhead += other.page_overhead;
         self.ids += other.ids;
+        self.attributes += other.attributes;
+        self.textures += other.textures;
     }
 }
 

@@ -6,11 +6,12 @@ use crate::manifest::Manifest;
 use crate::nodes::{Child, check_boxes, check_nodes};
 use crate::proxy::{Part, ProxyKind};
 use crate::sections::Sections;
+use crate::shading::Shading;
 use std::io::{Read, Seek};
 
 /// The resident part of a pack.
 ///
-/// Memory: 32 bytes a page, the nodes above the pages, the emitters and the manifest.
+/// Memory: 32 bytes a page and what [`Shading`] takes, the nodes above the pages, the emitters and the manifest.
 #[derive(Clone, Debug)]
 pub struct Pack {
     /// Numbers and names.
@@ -27,6 +28,8 @@ pub struct Pack {
     pub geometry_bounds: Vec<GeometryBounds>,
     /// Length of the file.
     pub file_bytes: u64,
+    /// Attributes of vertices and images.
+    pub shading: Shading,
     triangle_ids: SectionEntry,
     /// By [`ProxyKind`].
     proxies: [Option<SectionEntry>; 2],
@@ -37,9 +40,11 @@ impl Pack {
     /// triangles.
     pub fn open(file: &mut (impl Read + Seek)) -> Result<Pack, PackError> {
         let mut sections = Sections::find(file)?;
+        let directory: Vec<PageEntry> = sections.array(Section::Directory)?;
         let pack = Pack {
             manifest: Manifest::decode(&sections.array(Section::Manifest)?)?,
-            directory: sections.array(Section::Directory)?,
+            shading: Shading::open(&mut sections, directory.len())?,
+            directory,
             top_nodes: sections.array(Section::TopNodes)?,
             top_entries: sections.array(Section::TopEntries)?,
             emitters: sections.array(Section::Emitters)?,
@@ -65,6 +70,7 @@ impl Pack {
             + size_of_val(&self.top_entries[..])
             + 2 * size_of_val(&self.emitters[..])
             + size_of_val(&self.geometry_bounds[..])) as u64
+            + self.shading.resident_bytes()
     }
 
     /// Where the pack of a proxy is in the file: offset and length. `None` if there is none of the kind.
@@ -210,6 +216,7 @@ impl Pack {
         if scene.geometries.iter().any(|g| g.material as usize >= scene.materials.len()) {
             return Err(PackError::corrupt("a geometry has no material"));
         }
+        self.shading.check(scene)?;
         if self.emitters.iter().any(|e| e.geometry as usize >= scene.geometries.len()) {
             return Err(PackError::corrupt("an emitter has no geometry"));
         }

@@ -27,6 +27,10 @@ pub struct PackContents<'a> {
     pub geometry_bounds: &'a [GeometryBounds],
     /// Packs of proxies.
     pub proxies: Vec<(ProxyKind, &'a mut dyn Read)>,
+    /// An [`AttributeEntry`] for each page, and the blocks that they name; `None` if there are no attributes.
+    pub attributes: Option<[&'a mut dyn Read; 2]>,
+    /// Tiles of images, and the checksum of each; `None` if there are none.
+    pub tiles: Option<(&'a mut dyn Read, &'a [u32])>,
 }
 
 /// A page without its bytes: what a writer must know of it to go on where another one ended.
@@ -218,6 +222,19 @@ impl PackWriter {
         self.totals.strand_bytes.nodes += top_bytes * self.strand_pages / self.page_count().max(1);
         let id_bytes = u64::from(self.totals.id_bytes);
         self.totals.bytes.ids = self.totals.primitives * id_bytes;
+        // The manifest tells the lengths of the others.
+        let mut shading = Vec::new();
+        if let Some([directory, blocks]) = contents.attributes {
+            shading.push(self.section(Section::AttributeDirectory, directory)?);
+            shading.push(self.section(Section::Attributes, blocks)?);
+            self.totals.bytes.attributes = shading.iter().map(|section| section.bytes).sum();
+        }
+        if let Some((tiles, checksums)) = contents.tiles {
+            let tiles = self.section(Section::Tiles, tiles)?;
+            let checksums = self.section(Section::TileChecksums, bytemuck::cast_slice(checksums))?;
+            self.totals.bytes.textures = tiles.bytes + checksums.bytes;
+            shading.extend([tiles, checksums]);
+        }
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);
         let mut sections = vec![
@@ -236,6 +253,7 @@ impl PackWriter {
         for (kind, proxy) in contents.proxies {
             sections.push(self.section(kind.section(), proxy)?);
         }
+        sections.extend(shading);
         self.pad()?;
         let sections_offset = self.position;
         let table: &[u8] = bytemuck::cast_slice(&sections);

@@ -13,6 +13,7 @@ mod parents;
 mod pool;
 mod probe;
 mod runs;
+mod side_blocks;
 mod visit;
 
 pub use pool::{PagePool, PoolCounts};
@@ -22,7 +23,7 @@ pub use visit::Visit;
 use file_bytes::FileBytes;
 use rayon::prelude::*;
 use raystrips_extmem::spare_memory;
-use raystrips_pack::{Pack, PackError, PageId, PageView, ProxyKind, check_page};
+use raystrips_pack::{AttributeView, Pack, PackError, PageEntry, PageId, PageView, ProxyKind, check_page};
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -98,6 +99,23 @@ impl PageTable {
         &self.file.bytes()[offset as usize..(offset + bytes) as usize]
     }
 
+    /// The attributes of a page; `None` if it has none.
+    pub fn attributes(&self, id: PageId) -> Option<AttributeView<'_>> {
+        AttributeView::new(self.part(self.pack.shading.attributes(id)))
+    }
+
+    /// A tile of an image.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn tile(&self, tile: u64) -> &[u8] {
+        self.part(self.pack.shading.tile(tile))
+    }
+
+    fn part(&self, place: Range<u64>) -> &[u8] {
+        &self.file.bytes()[place.start as usize..place.end as usize]
+    }
+
     #[inline]
     fn page_bytes(&self, id: PageId) -> &[u8] {
         let entry = &self.pack.directory[id as usize];
@@ -118,6 +136,20 @@ impl PageTable {
                 _ => 0,
             });
         first_error.map_or(Ok(()), Err)?;
+        self.check_shading()?;
         self.pack.check_triangle_ids(self.triangle_ids())
+    }
+
+    /// Checks attributes and images.
+    fn check_shading(&self) -> Result<(), PackError> {
+        let shading = &self.pack.shading;
+        let check_page = |(id, entry): (usize, &PageEntry)| {
+            let place = shading.attributes(id as PageId);
+            shading.check_attributes(self.part(place), id as PageId, entry.triangle_count)
+        };
+        self.pack.directory.par_iter().enumerate().try_for_each(check_page)?;
+        (0..shading.tile_count())
+            .into_par_iter()
+            .try_for_each(|tile| shading.check_tile(self.part(shading.tile(tile)), tile))
     }
 }

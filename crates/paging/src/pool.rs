@@ -10,6 +10,7 @@ use crate::frames::{Frame, Frames};
 use crate::page::{self, Page};
 use crate::parents::Parents;
 use crate::probe;
+use crate::side_blocks::SideBlocks;
 use crate::visit::Visit;
 use raystrips_extmem::{BlockBuffer, BlockFile, Reservation, spare_memory};
 use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
@@ -35,6 +36,7 @@ pub struct PagePool {
     most_bytes: u64,
     given_away: Mutex<Vec<Reservation>>,
     blank: Vec<WideNode>,
+    side_blocks: SideBlocks,
     counters: Counters,
 }
 
@@ -75,8 +77,8 @@ pub struct PoolCounts {
 }
 
 impl PagePool {
-    /// Opens the pack at `path`, with none of its pages; `bytes` are for pages.
-    pub fn open(path: &Path, bytes: u64) -> Result<PagePool, OpenError> {
+    /// Opens the pack at `path`, with none of its pages; `bytes` are for pages, `side_bytes` for attributes and images.
+    pub fn open(path: &Path, bytes: u64, side_bytes: u64) -> Result<PagePool, OpenError> {
         let open = || {
             let mut file = File::open(path)?;
             let pack = Pack::open(&mut file)?;
@@ -91,6 +93,7 @@ impl PagePool {
                 most_bytes: bytes,
                 given_away: Mutex::default(),
                 blank: page::blank(),
+                side_blocks: SideBlocks::new(BlockFile::open(path, is_large)?, path.to_owned(), side_bytes),
                 counters: Counters::default(),
                 pack,
             })
@@ -112,6 +115,30 @@ impl PagePool {
     /// Bytes of memory that it takes apart from pages, at about.
     pub fn resident_bytes(pack: &Pack) -> u64 {
         pack.resident_bytes() + Parents::bytes(pack) + (pack.directory.len() * size_of::<Slot>()) as u64
+    }
+
+    /// Least bytes for attributes and images.
+    pub fn least_side_bytes(pack: &Pack) -> u64 {
+        SideBlocks::least_bytes(pack)
+    }
+
+    /// The attributes of a page, for [`AttributeView`](raystrips_pack::AttributeView); empty if it has none.
+    ///
+    /// # Errors
+    /// If they cannot be read or are damaged.
+    pub fn attributes(&self, page: PageId) -> Result<Arc<[u8]>, OpenError> {
+        self.side_blocks.attributes(&self.pack, page)
+    }
+
+    /// A tile of an image.
+    ///
+    /// # Errors
+    /// If it cannot be read or is damaged.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn tile(&self, tile: u64) -> Result<Arc<[u8]>, OpenError> {
+        self.side_blocks.tile(&self.pack, tile)
     }
 
     /// Bytes that the largest page takes in the pool.

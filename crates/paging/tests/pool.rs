@@ -26,7 +26,7 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
     assert!(directory.len() >= 2);
     // Room for the largest page alone.
     let largest = directory.iter().map(|page| u64::from(page.bytes)).max().unwrap();
-    let pool = PagePool::open(&path, largest.next_multiple_of(4096)).unwrap();
+    let pool = PagePool::open(&path, largest.next_multiple_of(4096), 1 << 20).unwrap();
     for id in 0..directory.len() as PageId {
         assert!(pool.visit().page(id).is_none());
         assert!(pool.load(&[id], &mut BlockBuffer::default()).unwrap());
@@ -45,7 +45,7 @@ fn pages_go_for_others_but_not_while_they_are_looked_at() {
 #[test]
 fn damaged_and_missing_pages_are_named() {
     let (_folder, path) = sample();
-    let pool = PagePool::open(&path, 1 << 20).unwrap();
+    let pool = PagePool::open(&path, 1 << 20, 1 << 20).unwrap();
     let entry = pool.pack().directory[1];
     let mut bytes = fs::read(&path).unwrap();
     bytes[entry.offset as usize + 40] ^= 1;

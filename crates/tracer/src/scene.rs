@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use raystrips_geom::scene::SceneDesc;
-use raystrips_geom::{Aabb, Hit, Shape};
+use raystrips_geom::{Aabb, Attributes, Hit, Shape};
 use raystrips_pack::{
     ClusterView, Emitter, GeometryBounds, Manifest, Pack, PageId, PageView, ProxyKind, StripView, TopEntry,
     TopNode,
@@ -135,6 +135,23 @@ impl Scene {
     /// If `hit` is a miss or of another scene.
     pub fn locate(&self, hit: &Hit) -> ResolvedHit {
         locate_in(&self.pages.page(page_of(hit)), hit)
+    }
+
+    /// The attributes of the corners of triangle `number` of the pack, which is in this page; `None` if it has none.
+    ///
+    /// # Panics
+    /// If the triangle is not there.
+    pub fn attributes(&self, page: PageId, number: u64) -> Option<[Attributes; 3]> {
+        let first = self.pack().directory[page as usize].first_triangle;
+        Some(self.pages.attributes(page)?.triangle((number - first) as usize))
+    }
+
+    /// A tile of an image.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn tile(&self, tile: u64) -> &[u8] {
+        self.pages.tile(tile)
     }
 
     /// Every triangle of the pack, in its order: geometry and corners. Strands are left out.

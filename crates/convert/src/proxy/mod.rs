@@ -20,7 +20,7 @@ use crate::import::Imported;
 use crate::job::{Found, Job};
 use crate::report::Clock;
 use crate::strands::{SortedStrands, StrandThinning};
-use crate::{Conversion, ConvertError, ConvertParams, Observer, Plan, offset};
+use crate::{Conversion, ConvertError, ConvertParams, ImportOptions, Observer, Plan, offset};
 use glam::Vec3;
 use raystrips_extmem::MemoryBudget;
 use raystrips_geom::Aabb;
@@ -114,11 +114,13 @@ pub fn proxy(
     params: &ProxyParams,
     observer: &dyn Observer,
 ) -> Result<Proxy, ConvertError> {
-    let plan = Plan::new(inputs, output, &params.convert)?;
+    let import = ImportOptions { bare: true, ..params.convert.import.clone() };
+    let convert = ConvertParams { import, ..params.convert.clone() };
+    let plan = Plan::new(inputs, output, &convert)?;
     plan.check_memory(params.bytes_at_the_end(plan.triangles))?;
     observer.planned(&plan);
-    let (mut job, found) = Job::open(inputs, output, &params.convert)?;
-    let conversion = Conversion { inputs, output, params: &params.convert, plan: &plan, observer };
+    let (mut job, found) = Job::open(inputs, output, &convert)?;
+    let conversion = Conversion { inputs, output, params: &convert, plan: &plan, observer };
     job.run(|job| conversion.simplify(job, found, params))
 }
 

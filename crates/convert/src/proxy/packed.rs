@@ -208,7 +208,7 @@ impl Conversion<'_> {
             [Kind::Triangles { shines: &[], first_level: None }, Kind::Strands { radii, thinning: None }];
         let contexts = self.contexts(&gathered, kinds, 0);
         self.build(&gathered, &mut output, &contexts, &quiet, &mut |_| Ok(()))?;
-        let (manifest, bytes) = output.finish(gathered.tree(), self.plan.sort_memory(), &[], &[])?;
+        let (manifest, bytes) = output.finish(gathered.tree(), self.plan.sort_memory(), &[], &[], None)?;
         Ok(Some(PackedProxy { kind, path, triangles: manifest.primitives, bytes }))
     }
 

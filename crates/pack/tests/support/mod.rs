@@ -47,6 +47,8 @@ pub fn write_with(
         emitters: &mut bytemuck::bytes_of(&emitter),
         triangle_ids: &mut ids.as_slice(),
         geometry_bounds,
+        attributes: None,
+        tiles: None,
         proxies: proxies.iter_mut().map(|(kind, bytes)| (*kind, bytes as &mut dyn Read)).collect(),
     };
     let (manifest, _) = writer.finish(path, contents).unwrap();
