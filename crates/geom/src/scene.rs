@@ -244,14 +244,15 @@ impl SceneDesc {
         if alpha.is_finite() { alpha.clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// True where something shines: a sky, a light, or an emissive material that a geometry uses.
+    /// True where something shines: a sky, a light, or a lamp that a geometry is. What only glows in places, as textures
+    /// say, lights nothing to speak of.
     pub fn has_light(&self) -> bool {
         self.sky.is_some()
             || !self.lights.is_empty()
             || self
                 .geometries
                 .iter()
-                .any(|g| self.materials.get(g.material as usize).is_some_and(Material::is_emissive))
+                .any(|g| self.materials.get(g.material as usize).is_some_and(Material::is_lamp))
     }
 
     /// Moves cameras and lights by `offset`.

@@ -67,6 +67,8 @@ pub(crate) struct CameraPaths {
     seed: u64,
     /// Number of what is sample 0 here.
     first_sample: u32,
+    /// Width of a pixel at distance 1; 0 where all pixels are of one size.
+    spread: f32,
 }
 
 impl CameraPaths {
@@ -79,7 +81,8 @@ impl CameraPaths {
         let camera = camera.unwrap_or_else(|| frame_bounds(&world.bounds(), params.aspect()));
         let camera = CameraRays::new(&camera, params.aspect())?;
         let &RenderParams { width, height, seed, .. } = params;
-        Ok(CameraPaths { camera, width, height, seed, first_sample: 0 })
+        let spread = if camera.orthographic { 0.0 } else { 2.0 * camera.up.length() / height as f32 };
+        Ok(CameraPaths { camera, width, height, seed, first_sample: 0, spread })
     }
 
     /// The same with other samples.
@@ -94,7 +97,7 @@ impl CameraPaths {
         let [u, v] = sampler.get_2d(0);
         let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
         let ray = self.camera.ray(along(x, u, self.width), -along(y, v, self.height));
-        (ray, Path::new(pixel, sampler, Vec3::ONE))
+        (ray, Path { spread: self.spread, ..Path::new(pixel, sampler, Vec3::ONE) })
     }
 }
 

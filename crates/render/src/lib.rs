@@ -26,12 +26,14 @@ mod queued;
 mod render;
 mod sampler;
 mod sampling;
+mod shadow;
 mod sky;
 mod starts;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod traced;
 mod unfinished;
 mod waiting_path;

@@ -1,7 +1,12 @@
-//! Materials made ready for shading: one lookup by geometry, every number in its range.
+//! Materials made ready for shading: one lookup by geometry, every number in its range, and then what textures and colors of
+//! vertices say of a place.
 
-use glam::Vec3;
-use raystrips_geom::scene::{Material, SceneDesc};
+use crate::texture::{Lookup, Textures};
+use crate::world::World;
+use glam::{Vec2, Vec3, Vec4};
+use raystrips_geom::Attributes;
+use raystrips_geom::scene::{AlphaMode, Material, MaterialTextures, SceneDesc};
+use raystrips_tracer::OpenError;
 
 /// What shading asks of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +19,8 @@ pub(crate) struct ShadingMaterial {
     pub emission: Vec3,
     /// Emits from the back too.
     pub double_sided: bool,
+    /// Its light is sampled.
+    pub is_lamp: bool,
     /// Nothing but diffuse reflection.
     pub is_matte: bool,
     /// 0 dielectric to 1 metal.
@@ -45,6 +52,7 @@ impl ShadingMaterial {
             alpha: material.alpha.clamp(0.0, 1.0),
             emission: Vec3::from(material.emission.map(radiance)),
             double_sided: material.double_sided,
+            is_lamp: material.is_lamp(),
             is_matte: metallic == 0.0 && transmission == 0.0 && (specular == 0.0 || ior == 1.0),
             metallic,
             alpha_ggx: roughness * roughness,
@@ -87,22 +95,171 @@ impl ShadingMaterial {
     }
 }
 
+/// A place on a triangle.
+pub(crate) struct Place<'a> {
+    pub world: &'a dyn World,
+    pub attributes: Attributes,
+    /// Of the corners.
+    pub tex_coords: [[Vec2; 2]; 3],
+    /// From the first corner to the others.
+    pub edges: [Vec3; 2],
+    /// Of what is looked at, in scene units.
+    pub width: f32,
+}
+
+/// What materials are at a place.
+pub(crate) struct Found {
+    pub material: ShadingMaterial,
+    /// Opacity.
+    pub alpha: f32,
+    pub slopes: Option<Slopes>,
+}
+
+/// How a normal texture turns normals.
+#[derive(Clone, Copy)]
+pub(crate) struct Slopes {
+    /// Along the surface, to the right of the image and upwards.
+    axes: [Vec3; 2],
+    /// The normal as the texture has it.
+    local: Vec3,
+}
+
+impl Slopes {
+    /// The normal instead of a smooth one.
+    pub fn turned(&self, smooth: Vec3) -> Vec3 {
+        let along = |axis: Vec3| axis.reject_from_normalized(smooth).normalize_or_zero();
+        let [right, up] = self.axes.map(along);
+        (right * self.local.x + up * self.local.y + smooth * self.local.z).try_normalize().unwrap_or(smooth)
+    }
+}
+
+/// What of a material differs from place to place.
+#[derive(Clone, Copy)]
+struct Varying {
+    textures: MaterialTextures,
+    alpha_mode: AlphaMode,
+    normal_scale: f32,
+    roughness: f32,
+}
+
+impl Varying {
+    /// Opacity of a place that textures and colors say to be as opaque as `coverage`.
+    fn alpha(&self, material: &ShadingMaterial, coverage: f32) -> f32 {
+        match self.alpha_mode {
+            AlphaMode::Uniform => material.alpha,
+            AlphaMode::Blend => coverage,
+            AlphaMode::Mask(cutoff) => f32::from(u8::from(coverage >= cutoff)),
+        }
+    }
+}
+
 /// The material of each geometry.
 pub(crate) struct Materials {
-    by_geometry: Vec<ShadingMaterial>,
-    fallback: ShadingMaterial,
+    by_geometry: Vec<(ShadingMaterial, Varying)>,
+    fallback: (ShadingMaterial, Varying),
+    textures: Textures,
+    are_see_through: bool,
 }
 
 impl Materials {
     pub fn new(description: &SceneDesc) -> Materials {
-        let fallback = ShadingMaterial::new(&Material::default());
-        let of =
-            |index: u32| description.materials.get(index as usize).map_or(fallback, ShadingMaterial::new);
-        Materials { by_geometry: description.geometries.iter().map(|g| of(g.material)).collect(), fallback }
+        let ready = |material: &Material| {
+            let &Material { textures, alpha_mode, normal_scale, roughness, .. } = material;
+            let varying = Varying { textures, alpha_mode, normal_scale, roughness };
+            (ShadingMaterial::new(material), varying)
+        };
+        let fallback = ready(&Material::default());
+        let of = |index: u32| description.materials.get(index as usize);
+        let used = || description.geometries.iter().map(|geometry| of(geometry.material));
+        Materials {
+            by_geometry: used().map(|material| material.map_or(fallback, ready)).collect(),
+            fallback,
+            textures: Textures::new(description),
+            are_see_through: used().flatten().any(Material::is_see_through),
+        }
+    }
+
+    /// True if rays may pass some surfaces.
+    pub fn are_see_through(&self) -> bool {
+        self.are_see_through
     }
 
     /// The material of a geometry; a matte light gray where the description has none.
     pub fn of(&self, geometry: u32) -> &ShadingMaterial {
+        &self.get(geometry).0
+    }
+
+    /// Opacity of a geometry where nothing is known of places.
+    pub fn alpha_of(&self, geometry: u32) -> f32 {
+        let (material, varying) = self.get(geometry);
+        varying.alpha(material, material.alpha)
+    }
+
+    fn get(&self, geometry: u32) -> &(ShadingMaterial, Varying) {
         self.by_geometry.get(geometry as usize).unwrap_or(&self.fallback)
+    }
+
+    /// What the material of a geometry is at a place.
+    ///
+    /// # Errors
+    /// If a texture cannot be read.
+    pub fn at(&self, geometry: u32, place: &Place) -> Result<Found, OpenError> {
+        let (mut material, varying) = *self.get(geometry);
+        let MaterialTextures { base_color, opacity, metallic, roughness, emission, normal, transmission } =
+            varying.textures;
+        let look = |texture: Option<u32>| self.look(texture, place);
+        let color = look(base_color)? * place.attributes.color;
+        material.albedo *= color.truncate();
+        let metal_and_rough = look(metallic)?;
+        let rough = if roughness == metallic { metal_and_rough } else { look(roughness)? };
+        material.metallic *= metal_and_rough.z;
+        if roughness.is_some() {
+            let roughness = (varying.roughness * rough.y).clamp(0.0, 1.0);
+            material.alpha_ggx = roughness * roughness;
+        }
+        material.emission *= look(emission)?.truncate();
+        material.transmission *= look(transmission)?.x;
+        let coverage = material.alpha * color.w * look(opacity)?.x;
+        let alpha = varying.alpha(&material, coverage);
+        let slopes = match normal {
+            Some(texture) => self.slopes(texture, varying.normal_scale, place)?,
+            None => None,
+        };
+        Ok(Found { material, alpha, slopes })
+    }
+
+    fn look(&self, texture: Option<u32>, place: &Place) -> Result<Vec4, OpenError> {
+        let Some(texture) = texture else { return Ok(Vec4::ONE) };
+        let uv = place.attributes.tex_coords[self.textures.tex_coord(texture)];
+        let [a, b] = self.image_edges(texture, place);
+        let extent = self.textures.extent(texture);
+        let texels = (a * extent).perp_dot(b * extent).abs();
+        let area = place.edges[0].cross(place.edges[1]).length();
+        // Texels along a length of 1.
+        let density = if area > 0.0 { (texels / area).sqrt() } else { 0.0 };
+        let lookup = Lookup { place: self.textures.place(texture, uv), width: place.width * density };
+        self.textures.sample(place.world, texture, &lookup)
+    }
+
+    /// The edges of the triangle in the image of a texture.
+    fn image_edges(&self, texture: u32, place: &Place) -> [Vec2; 2] {
+        let set = self.textures.tex_coord(texture);
+        let [a, b, c] = place.tex_coords.map(|corner| self.textures.place(texture, corner[set]));
+        [b - a, c - a]
+    }
+
+    /// What a normal texture does; nothing where the triangle has no extent in the image.
+    fn slopes(&self, texture: u32, scale: f32, place: &Place) -> Result<Option<Slopes>, OpenError> {
+        let [a, b] = self.image_edges(texture, place);
+        let determinant = a.perp_dot(b);
+        if !(determinant.abs() > 0.0 && determinant.is_finite()) {
+            return Ok(None);
+        }
+        let [e1, e2] = place.edges;
+        // What a step in the image to the right and one downwards is on the surface, each along one alone.
+        let right = (e1 * b.y - e2 * a.y) / determinant;
+        let down = (e2 * a.x - e1 * b.x) / determinant;
+        let local = self.look(Some(texture), place)?.truncate() * 2.0 - 1.0;
+        Ok(Some(Slopes { axes: [right, -down], local: local * Vec3::new(scale, scale, 1.0) }))
     }
 }

@@ -1,12 +1,13 @@
 //! A pack of which some pages are in memory as a world: pages come when rays need them.
 
 use crate::traced::{emitters, surface_of};
-use crate::world::{Emitter, Surface, World};
+use crate::world::{Emitter, Surface, Tile, World};
 use glam::Vec3;
 use raystrips_extmem::BlockBuffer;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_tracer::{
-    Buffered, Cursor, OpenError, PageId, PagePool, RayBuffer, VisitTracer, locate_in, page_of,
+    AttributeView, Buffered, Cursor, OpenError, PageId, PagePool, PageView, RayBuffer, VisitTracer,
+    locate_in, page_of,
 };
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -41,6 +42,15 @@ impl PagedWorld {
     /// The pages.
     pub fn pool(&self) -> &PagePool {
         &self.pool
+    }
+
+    /// The surface that was hit, which is in this page.
+    pub(crate) fn surface(&self, page: &PageView, hit: &Hit) -> Result<Surface, OpenError> {
+        let (found, id) = (locate_in(page, hit), page_of(hit));
+        let block = self.pool.attributes(id)?;
+        let first = self.pool.pack().directory[id as usize].first_triangle;
+        let corners = AttributeView::new(&block).map(|view| view.triangle((found.triangle - first) as usize));
+        Ok(surface_of(&found, corners))
     }
 
     /// How long threads waited for pages that rays of a batch needed, in sum.
@@ -149,7 +159,7 @@ impl World for PagedWorld {
             }
             loop {
                 if let Some(page) = visit.page(page_of(hit)) {
-                    *surface = surface_of(&locate_in(&page, hit));
+                    *surface = self.surface(&page, hit)?;
                     break;
                 }
                 visit = self.pool.visit();
@@ -170,5 +180,9 @@ impl World for PagedWorld {
 
     fn emitters(&self) -> &[Emitter] {
         &self.emitters
+    }
+
+    fn tile(&self, tile: u64) -> Result<Tile<'_>, OpenError> {
+        Ok(Tile::Shared(self.pool.tile(tile)?))
     }
 }

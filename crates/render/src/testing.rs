@@ -71,6 +71,7 @@ impl World for BruteWorld {
                 shape: Shape::Triangle(corners),
                 u: hit.u,
                 v: hit.v,
+                corners: None,
             };
         }
         Ok(())

@@ -1,9 +1,9 @@
 //! A pack in memory as a world.
 
-use crate::world::{Emitter, Surface, World};
+use crate::world::{Emitter, Surface, Tile, World};
 use glam::Vec3;
-use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
-use raystrips_tracer::{OpenError, ResolvedHit, Scene, Tracer};
+use raystrips_geom::{Aabb, Attributes, Hit, Ray, scene::SceneDesc};
+use raystrips_tracer::{OpenError, ResolvedHit, Scene, Tracer, page_of};
 
 /// A scene of the tracer, ready to be rendered.
 pub struct TracedWorld {
@@ -16,6 +16,12 @@ impl TracedWorld {
     pub fn new(scene: Scene) -> TracedWorld {
         let emitters = emitters(scene.emitters());
         TracedWorld { scene: scene.with_opacity(), emitters }
+    }
+
+    fn surface(&self, hit: &Hit) -> Surface {
+        let found = self.scene.locate(hit);
+        let corners = self.scene.attributes(page_of(hit), found.triangle);
+        surface_of(&found, corners)
     }
 
     /// The scene.
@@ -42,7 +48,7 @@ impl World for TracedWorld {
 
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
         let pairs = hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit());
-        pairs.for_each(|(hit, surface)| *surface = surface_of(&self.scene.locate(hit)));
+        pairs.for_each(|(hit, surface)| *surface = self.surface(hit));
         Ok(())
     }
 
@@ -57,6 +63,10 @@ impl World for TracedWorld {
     fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
+
+    fn tile(&self, tile: u64) -> Result<Tile<'_>, OpenError> {
+        Ok(Tile::Borrowed(self.scene.tile(tile)))
+    }
 }
 
 pub(crate) fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
@@ -67,7 +77,7 @@ pub(crate) fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
     stored.iter().map(emitter).collect()
 }
 
-pub(crate) fn surface_of(found: &ResolvedHit) -> Surface {
+pub(crate) fn surface_of(found: &ResolvedHit, corners: Option<[Attributes; 3]>) -> Surface {
     let &ResolvedHit { geometry, triangle, shape, u, v } = found;
-    Surface { geometry, triangle, shape, u, v }
+    Surface { geometry, triangle, shape, u, v, corners }
 }

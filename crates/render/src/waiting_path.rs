@@ -16,12 +16,17 @@ pub(crate) struct WaitingPath {
     pub segment: u32,
     pub passed: u32,
     pub distance: f32,
+    pub spread: f32,
 }
 
 impl WaitingPath {
     pub fn new(path: &Path) -> WaitingPath {
-        let &Path { pixel, sampler, throughput, scatter_pdf, segment, bounces, passed, distance } = path;
-        debug_assert_eq!(segment, bounces + passed, "each surface reflects a path or is passed");
+        let &Path { pixel, sampler, throughput, scatter_pdf, segment, bounces, passed, distance, spread } =
+            path;
+        debug_assert!(
+            path.is_shadow() || segment == bounces + passed,
+            "each surface reflects a path or is passed"
+        );
         WaitingPath {
             pixel,
             sample_index: sampler.sample_index(),
@@ -30,12 +35,14 @@ impl WaitingPath {
             segment,
             passed,
             distance,
+            spread,
         }
     }
 
     /// The path again, of a picture with `width` pixels in a row and this seed.
     pub fn path(&self, width: u32, seed: u64) -> Path {
-        let &WaitingPath { pixel, sample_index, throughput, scatter_pdf, segment, passed, distance } = self;
+        let &WaitingPath { pixel, sample_index, throughput, scatter_pdf, segment, passed, distance, spread } =
+            self;
         Path {
             pixel,
             sampler: PathSampler::new([pixel % width, pixel / width], sample_index, seed),
@@ -45,6 +52,7 @@ impl WaitingPath {
             bounces: segment - passed,
             passed,
             distance,
+            spread,
         }
     }
 }

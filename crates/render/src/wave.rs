@@ -6,12 +6,13 @@
 use crate::{
     deposits::Deposits,
     film::Film,
-    integrator::Shader,
-    interaction::SurfaceInteraction,
+    integrator::{Shader, follow},
+    interaction::{Seen, SurfaceInteraction},
     material::Materials,
     params::RenderParams,
     render::RenderStats,
     sampler::PathSampler,
+    shadow,
     world::{Surface, World},
 };
 use glam::Vec3;
@@ -62,13 +63,39 @@ pub(crate) struct Path {
     pub passed: u32,
     /// Distance traveled before the current ray.
     pub distance: f32,
+    /// What is seen at once is so many times as wide as far away.
+    pub spread: f32,
 }
 
 impl Path {
     /// A path that begins with so much light, or importance.
     pub fn new(pixel: u32, sampler: PathSampler, throughput: Vec3) -> Path {
         let (scatter_pdf, distance) = (None, 0.0);
-        Path { pixel, sampler, throughput, scatter_pdf, segment: 0, bounces: 0, passed: 0, distance }
+        Path {
+            pixel,
+            sampler,
+            throughput,
+            scatter_pdf,
+            segment: 0,
+            bounces: 0,
+            passed: 0,
+            distance,
+            spread: 0.0,
+        }
+    }
+
+    /// A shadow ray on its way: see [`shadow`].
+    pub fn shadow(pixel: u32, light: Vec3) -> Path {
+        let sampler = PathSampler::new([0; 2], 0, 0);
+        Path { segment: Path::SHADOW, bounces: Path::SHADOW, ..Path::new(pixel, sampler, light) }
+    }
+
+    /// Segments that no path has.
+    const SHADOW: u32 = u32::MAX;
+
+    /// True if it is a shadow ray.
+    pub fn is_shadow(&self) -> bool {
+        self.segment == Path::SHADOW
     }
 }
 
@@ -164,7 +191,7 @@ impl Wave {
             while !self.current.rays.is_empty() {
                 self.intersect(context, are_camera_rays)?;
                 are_camera_rays = false;
-                self.shade(context, &mut film);
+                self.shade(context, &mut film)?;
                 self.resolve_shadows(context, &mut film)?;
                 mem::swap(&mut self.current, &mut self.next);
             }
@@ -206,12 +233,12 @@ impl Wave {
     }
 
     /// Shades the hits of the current rays and fills the queues of next and shadow rays.
-    fn shade(&mut self, context: &WaveContext, film: &mut Film) {
+    fn shade(&mut self, context: &WaveContext, film: &mut Film) -> Result<(), OpenError> {
         let start = Instant::now();
         self.next.clear();
         self.shadow.clear();
-        let mut shadow = |ray, pending| self.shadow.push(ray, pending);
-        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow };
+        let mut push = |ray, pending| self.shadow.push(ray, pending);
+        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut push };
         self.order.clear();
         self.order.extend(0..self.hits.len() as u32);
         if context.shader.looks_around() {
@@ -220,8 +247,9 @@ impl Wave {
         for i in self.order.iter().map(|&i| i as usize) {
             let (ray, path_index) = (&self.current.rays[i], self.current.errands[i]);
             let path = &mut self.paths[path_index as usize];
-            let hit = SurfaceInteraction::new(context.materials, ray, &self.hits[i], &self.surfaces[i]);
-            let next = context.shader.shade(path, ray, hit.as_ref(), &mut out);
+            let place = Seen { world: context.world, materials: context.materials, ray, path };
+            let hit = place.surface(&self.hits[i], &self.surfaces[i])?;
+            let next = follow(context.shader, path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(next) = next {
                 self.next.push(next, path_index);
@@ -230,7 +258,14 @@ impl Wave {
         self.deposits.flush(film);
         self.stats.secondary += self.next.rays.len() as u64;
         self.stats.shadow += self.shadow.rays.len() as u64;
+        if context.materials.are_see_through() {
+            for (ray, light) in self.shadow.rays.drain(..).zip(self.shadow.errands.drain(..)) {
+                self.next.push(ray, self.paths.len() as u32);
+                self.paths.push(shadow::path(light));
+            }
+        }
         self.stats.seconds.shade += start.elapsed().as_secs_f64();
+        Ok(())
     }
 
     fn resolve_shadows(&mut self, context: &WaveContext, film: &mut Film) -> Result<(), OpenError> {

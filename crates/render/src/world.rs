@@ -1,8 +1,11 @@
 //! What the renderer needs of the traced scene: the seam between this crate and whoever answers rays.
 
 use glam::Vec3;
-use raystrips_geom::{Aabb, Hit, Ray, Shape, scene::SceneDesc};
+use raystrips_geom::texture::TILE_BYTES;
+use raystrips_geom::{Aabb, Attributes, Hit, Ray, Shape, scene::SceneDesc};
 use raystrips_tracer::OpenError;
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// A scene that can be traced. Called from many threads at once. Where not all of it is in memory, an answer can fail.
 ///
@@ -34,6 +37,33 @@ pub trait World: Sync {
     /// Every triangle whose material is emissive: light sampling is only right when none is missing. The order
     /// must not change between runs, since it decides which random number picks which light.
     fn emitters(&self) -> &[Emitter];
+
+    /// A tile of an image of the description; white in worlds without images.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    fn tile(&self, _tile: u64) -> Result<Tile<'_>, OpenError> {
+        Ok(Tile::Borrowed(&[255; TILE_BYTES]))
+    }
+}
+
+/// The bytes of a tile.
+pub enum Tile<'a> {
+    /// Those of the world.
+    Borrowed(&'a [u8]),
+    /// In memory as long as somebody has them.
+    Shared(Arc<[u8]>),
+}
+
+impl Deref for Tile<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Tile::Borrowed(bytes) => bytes,
+            Tile::Shared(bytes) => bytes,
+        }
+    }
 }
 
 /// The triangle or segment that was hit.
@@ -49,6 +79,8 @@ pub struct Surface {
     pub u: f32,
     /// Weight of the third corner; 0 on a segment.
     pub v: f32,
+    /// What the corners of the triangle have besides, if they have anything.
+    pub corners: Option<[Attributes; 3]>,
 }
 
 /// A triangle that emits light.

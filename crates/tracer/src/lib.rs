@@ -31,6 +31,6 @@ pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use observe::{Access, Part};
 pub use packet::PACKET;
 pub use rays::{Cursor, Parked, RayBuffer};
-pub use raystrips_pack::{AttributeView, Emitter, GeometryBounds, PackError, PageId, ProxyKind};
+pub use raystrips_pack::{AttributeView, Emitter, GeometryBounds, PackError, PageId, PageView, ProxyKind};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

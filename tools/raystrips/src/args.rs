@@ -100,6 +100,10 @@ pub struct SourceOptions {
     #[arg(long, value_name = "WIDTH", value_parser = parse_width)]
     pub strand_width: Option<f64>,
 
+    /// Leave out textures, and normals, texture coordinates and colors of vertices: the pack has nothing but its surface.
+    #[arg(long)]
+    pub bare: bool,
+
     /// Memory to keep to, like 512M or 4G; by default half of what is free.
     ///
     /// It bounds the whole process. What does not fit goes to scratch files. The result is the same.
@@ -122,6 +126,7 @@ impl SourceOptions {
             import: ImportOptions {
                 drop_out_of_range: self.drop_out_of_range,
                 strand_width: self.strand_width,
+                bare: self.bare,
                 ..ImportOptions::default()
             },
             memory: self.memory,

@@ -45,8 +45,8 @@ fn key(model: &Path, options: &ConvertOptions) -> u64 {
     let mut hasher = DefaultHasher::new();
     (model, raystrips_pack::layout::FORMAT_VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
     let ConvertOptions { page_size, layout, keep_ids, strip_windows, positions, source, .. } = options;
-    (page_size, layout.layout(), keep_ids, strip_windows, positions, source.drop_out_of_range)
-        .hash(&mut hasher);
+    (page_size, layout.layout(), keep_ids, strip_windows, positions).hash(&mut hasher);
+    (source.drop_out_of_range, source.strand_width.map(f64::to_bits), source.bare).hash(&mut hasher);
     options.proxies().map(|proxies| (proxies.ratio.to_bits(), proxies.memory)).hash(&mut hasher);
     hasher.finish()
 }

@@ -94,16 +94,16 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             let name = ordering(args.reorder).map_or("none", |(_, name)| name);
             Ok(Rendered { params, output, pages: Pages::of_scene(world.scene(), name) })
         }
-        Residency::Paged { page_bytes, ray_bytes } => {
+        Residency::Paged { page_bytes, ray_bytes, side_bytes } => {
             refuse_huge_pages();
             let Some((ordering, name)) = ordering(args.reorder) else {
-                return queued(path, args, (page_bytes, ray_bytes), keeping);
+                return queued(path, args, (page_bytes, ray_bytes, side_bytes), keeping);
             };
             let buffer_bytes = match ordering {
                 Ordering::None => 0,
                 _ => args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2),
             };
-            let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes)?);
+            let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes, side_bytes)?);
             let pack = world.pool().pack();
             let params = params(args, &pack.manifest)?;
             let hit_points = hit_points(path, args, ordering, &pack.geometry_bounds, &world)?;
@@ -129,13 +129,13 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
 fn queued(
     path: &Path,
     args: &RenderArgs,
-    (page_bytes, ray_bytes): (u64, u64),
+    (page_bytes, ray_bytes, side_bytes): (u64, u64, u64),
     keeping: &Keeping,
 ) -> Result<Rendered> {
     // The many rays of a chunk are served together, which takes memory of its own.
     let part = |bytes: u64| if args.reorder == ReorderName::Chunks { bytes / 4 * 3 } else { bytes };
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
-    let world = PagedWorld::new(PagePool::open(path, page_bytes)?);
+    let world = PagedWorld::new(PagePool::open(path, page_bytes, side_bytes)?);
     let params = params(args, &world.pool().pack().manifest)?;
     let process_bytes = args.convert.source.memory.unwrap_or(u64::MAX);
     let (paging, name) = match args.reorder {

@@ -22,6 +22,8 @@ const RAY_PART: f64 = 0.3;
 const MOST_RAY_BYTES: u64 = 512 << 20;
 /// Least pages in memory, of the largest size: some a thread, and those that are read.
 const LEAST_PAGES: u64 = 64;
+/// Part of the memory for pages and rays that is for attributes and images, if they do not fit in less.
+const SIDE_PART: u64 = 4;
 /// Least memory for rays that wait.
 const LEAST_RAY_BYTES: u64 = 8 << 20;
 
@@ -31,7 +33,7 @@ pub enum Residency {
     /// All in memory.
     Whole { ray_bytes: u64 },
     /// Some in memory.
-    Paged { page_bytes: u64, ray_bytes: u64 },
+    Paged { page_bytes: u64, ray_bytes: u64, side_bytes: u64 },
 }
 
 /// What is to be rendered.
@@ -89,8 +91,9 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     };
     let taken = taken + for_order + PagePool::resident_bytes(&pack);
     // The pages are gone when the picture is written.
-    let least_shared =
-        (LEAST_PAGES * PagePool::frame_bytes(&pack) + LEAST_RAY_BYTES).max(pixels * WRITTEN_PIXEL_BYTES);
+    let least_side = PagePool::least_side_bytes(&pack);
+    let least_shared = (LEAST_PAGES * PagePool::frame_bytes(&pack) + LEAST_RAY_BYTES + least_side)
+        .max(pixels * WRITTEN_PIXEL_BYTES);
     if given < taken + least_shared {
         bail!(
             "{}: {} of memory is too little for this picture; use --memory {}M",
@@ -100,5 +103,7 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
         );
     }
     let shared = given - taken;
-    Ok(Residency::Paged { page_bytes: shared, ray_bytes: for_rays(shared) })
+    let side_bytes = (shared / SIDE_PART).min(2 * pack.shading.bytes()).max(least_side);
+    let page_bytes = shared - side_bytes;
+    Ok(Residency::Paged { page_bytes, ray_bytes: for_rays(page_bytes), side_bytes })
 }

@@ -84,6 +84,14 @@ impl<'a> Bsdf<'a> {
         lobes.choice[1] > 0.0 || (is_rough && lobes.choice[0] > 0.0)
     }
 
+    /// How much wider what is seen by way of the surface is far away: roughly, of the lobe that spreads most.
+    pub fn spread(&self) -> f32 {
+        /// Of diffuse reflection.
+        const DIFFUSE: f32 = 0.5;
+        let Some(lobes) = &self.lobes else { return DIFFUSE };
+        if lobes.choice[1] > 0.0 { DIFFUSE } else { DIFFUSE * self.material.alpha_ggx }
+    }
+
     /// What of light from `wi`, a unit vector on the viewer's side, is reflected to the viewer (without the cosine), and the
     /// density with which [`Bsdf::sample`] finds this direction.
     pub fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {

@@ -34,7 +34,7 @@ impl DirectLight<'_> {
         if let Some(light) = self.area_lights.sample(&hit.point, hit.n, Pair::AreaLight.of(path)) {
             let (reflected, pdf) = bsdf.evaluate(light.wi);
             if reflected != Vec3::ZERO {
-                let scale = hit.n.dot(light.wi) * (self.weight)(light.pdf, pdf) / light.pdf;
+                let scale = hit.shading_n.dot(light.wi).max(0.0) * (self.weight)(light.pdf, pdf) / light.pdf;
                 let contribution = path.throughput * reflected * light.radiance * scale;
                 out.add_unless_occluded(path, light.shadow_ray, contribution);
             }
@@ -46,7 +46,7 @@ impl DirectLight<'_> {
             return;
         }
         let [u, _] = Pair::PunctualLight.of(path);
-        if let Some((ray, irradiance)) = self.punctual_lights.sample(&hit.point, hit.n, u) {
+        if let Some((ray, irradiance)) = self.punctual_lights.sample(&hit.point, hit.n, hit.shading_n, u) {
             let (reflected, _) = bsdf.evaluate(ray.dir.normalize());
             if reflected != Vec3::ZERO {
                 out.add_unless_occluded(path, ray, path.throughput * reflected * irradiance);

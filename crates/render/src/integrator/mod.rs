@@ -16,9 +16,21 @@ pub(crate) use path::{MAX_PASSED, PathTracer};
 
 use crate::{
     interaction::SurfaceInteraction,
+    shadow,
     wave::{Path, ShadeOutput},
 };
 use raystrips_geom::Ray;
+
+/// Shades what a ray of a path found; a shadow ray may be on its way as a path, too.
+pub(crate) fn follow(
+    shader: &dyn Shader,
+    path: &mut Path,
+    ray: &Ray,
+    hit: Option<&SurfaceInteraction>,
+    out: &mut ShadeOutput,
+) -> Option<Ray> {
+    if path.is_shadow() { shadow::go_on(path, ray, hit, out) } else { shader.shade(path, ray, hit, out) }
+}
 
 /// How paths begin and go on.
 pub(crate) trait Shader: Sync {

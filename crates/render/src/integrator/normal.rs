@@ -8,7 +8,7 @@ use crate::{
 };
 use raystrips_geom::Ray;
 
-/// (n + 1) / 2 of the geometric normal on the side of the viewer; black where nothing is.
+/// (n + 1) / 2 of the normal on the side of the viewer; black where nothing is.
 pub(crate) struct Normals {
     pub camera: CameraPaths,
 }
@@ -27,7 +27,7 @@ impl Shader for Normals {
     ) -> Option<Ray> {
         let hit = hit?;
         out.add_first_hit(path, hit);
-        out.add(path, hit.n * 0.5 + 0.5);
+        out.add(path, hit.shading_n * 0.5 + 0.5);
         None
     }
 }

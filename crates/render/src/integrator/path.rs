@@ -52,7 +52,7 @@ impl<'a> PathTracer<'a> {
             out.add_first_hit(path, hit);
         }
         self.add_emission(path, ray, hit, out);
-        let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+        let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
         if bsdf.is_black() || path.bounces >= self.max_bounces {
             return None;
         }
@@ -67,7 +67,11 @@ impl<'a> PathTracer<'a> {
             return;
         }
         let weight = path.scatter_pdf.map_or(1.0, |scatter_pdf| {
-            let light_pdf = self.direct.area_lights.pdf(hit.material, hit.distance, hit.n.dot(ray.dir));
+            // Of textured lamps nobody knows where they shine: they are found by direction alone.
+            let light_pdf = match hit.material.is_lamp {
+                true => self.direct.area_lights.pdf(&hit.material, hit.distance, hit.n.dot(ray.dir)),
+                false => 0.0,
+            };
             1.0 - (self.direct.weight)(light_pdf, scatter_pdf)
         });
         out.add(path, path.throughput * emitted * weight);
@@ -78,6 +82,9 @@ impl<'a> PathTracer<'a> {
         // Of the pair for punctual lights one number is left.
         let [_, choice] = Pair::PunctualLight.of(path);
         let scattered = bsdf.sample(Pair::Direction.of(path), choice)?;
+        if !hit.leaves(scattered.wi, scattered.is_transmitted) {
+            return None;
+        }
         path.throughput *= scattered.weight;
         path.bounces += 1;
         let survival = path.throughput.max_element();
@@ -88,6 +95,7 @@ impl<'a> PathTracer<'a> {
             path.throughput /= survival;
         }
         path.scatter_pdf = scattered.pdf;
+        path.spread = path.spread.max(bsdf.spread());
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }
 

@@ -29,9 +29,9 @@ impl<'a> PunctualLights<'a> {
     }
 
     /// The segment that must be free for light to reach `from` on the side of `n`, and an estimate of the
-    /// irradiance of all lights if it is. `None` where no light reaches that side.
-    pub fn sample(&self, from: &SurfacePoint, n: Vec3, u: f32) -> Option<(Ray, Vec3)> {
-        let weight = |light: &Light| luminance(irradiance(light, from.p, n));
+    /// irradiance of all lights on a surface with normal `shading_n` if it is. `None` where no light reaches that side.
+    pub fn sample(&self, from: &SurfacePoint, n: Vec3, shading_n: Vec3, u: f32) -> Option<(Ray, Vec3)> {
+        let weight = |light: &Light| luminance(irradiance(light, from.p, shading_n));
         let total: f32 = self.lights.iter().map(weight).sum();
         if !(total > 0.0 && total.is_finite()) {
             return None;
@@ -50,7 +50,9 @@ impl<'a> PunctualLights<'a> {
             }
         }
         let (light, weight) = picked?;
-        Some((ray_to(light, from, n), irradiance(light, from.p, n) * (total / weight)))
+        let ray = ray_to(light, from, n);
+        let reaches = n.dot(ray.dir) > 0.0;
+        reaches.then(|| (ray, irradiance(light, from.p, shading_n) * (total / weight)))
     }
 }
 
@@ -115,12 +117,13 @@ mod tests {
     fn every_pick_estimates_the_same_sum() {
         let lights = [point(2.0, 8.0), point(-1.0, 100.0), point(1.0, 3.0), point(3.0, 9.0)];
         for u in [0.0, 0.3, 0.5, 0.9, 1.0 - f32::EPSILON / 2.0] {
-            let (_, sum) = PunctualLights::new(&lights).sample(&floor(), Vec3::Y, u).unwrap();
+            let (_, sum) = PunctualLights::new(&lights).sample(&floor(), Vec3::Y, Vec3::Y, u).unwrap();
             assert!((sum.x - 6.0).abs() < 1e-5, "{sum}");
         }
-        let (_, below) = PunctualLights::new(&lights).sample(&floor(), Vec3::NEG_Y, 0.5).unwrap();
+        let (_, below) =
+            PunctualLights::new(&lights).sample(&floor(), Vec3::NEG_Y, Vec3::NEG_Y, 0.5).unwrap();
         assert_eq!(below.x, 100.0);
-        assert!(PunctualLights::new(&lights[..1]).sample(&floor(), Vec3::NEG_Y, 0.5).is_none());
+        assert!(PunctualLights::new(&lights[..1]).sample(&floor(), Vec3::NEG_Y, Vec3::NEG_Y, 0.5).is_none());
     }
 
     #[test]

@@ -3,9 +3,11 @@
 use super::{Job, Waiting};
 use crate::{
     deposits::Deposits,
-    interaction::SurfaceInteraction,
+    integrator::follow,
+    interaction::Seen,
     params::{RenderError, RenderParams},
     render::{RenderProgress, RenderStats},
+    shadow,
     starts::CameraPacket,
     waiting_path::WaitingPath,
     wave::{PendingLight, ShadeOutput},
@@ -79,7 +81,7 @@ impl<'a> Worker<'a> {
         self.stats.primary += self.rays.len() as u64;
         self.stats.seconds.generate += begin.elapsed().as_secs_f64();
         self.find_hits(true)?;
-        self.shade();
+        self.shade()?;
         self.hand_on()
     }
 
@@ -110,7 +112,7 @@ impl<'a> Worker<'a> {
             self.stats.seconds.sort += begin.elapsed().as_secs_f64();
             self.resolve_shadows()?;
             self.find_hits(false)?;
-            self.shade();
+            self.shade()?;
             self.hand_on()?;
         }
         Ok(())
@@ -161,20 +163,28 @@ impl<'a> Worker<'a> {
     }
 
     /// Shades what rays hit.
-    fn shade(&mut self) {
+    fn shade(&mut self) -> Result<(), OpenError> {
         let begin = Instant::now();
-        let RenderParams { width, seed, .. } = *self.job.params;
+        let Job { world, materials, shader, params, .. } = *self.job;
+        let RenderParams { width, seed, .. } = *params;
+        let are_see_through = materials.are_see_through();
         let answers = self.rays.iter().zip(&self.paths).zip(self.hits.iter().zip(&self.surfaces));
         let next = std::cell::RefCell::new(&mut self.next);
-        let mut shadow = |ray, PendingLight { pixel, contribution }| {
-            let path = WaitingPath { pixel, throughput: contribution, ..WaitingPath::zeroed() };
-            next.borrow_mut().push(Waiting { ray, path, is_shadow: 1 });
+        let mut shadow = |ray, light: PendingLight| {
+            let waiting = if are_see_through {
+                Waiting { ray, path: WaitingPath::new(&shadow::path(light)), is_shadow: 0 }
+            } else {
+                let PendingLight { pixel, contribution } = light;
+                let path = WaitingPath { pixel, throughput: contribution, ..WaitingPath::zeroed() };
+                Waiting { ray, path, is_shadow: 1 }
+            };
+            next.borrow_mut().push(waiting);
         };
         let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow };
         for ((ray, path), (hit, surface)) in answers {
             let mut path = path.path(width, seed);
-            let hit = SurfaceInteraction::new(self.job.materials, ray, hit, surface);
-            let goes_on = self.job.shader.shade(&mut path, ray, hit.as_ref(), &mut out);
+            let hit = Seen { world, materials, ray, path: &path }.surface(hit, surface)?;
+            let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(ray) = goes_on {
                 let path = WaitingPath::new(&path);
@@ -182,6 +192,7 @@ impl<'a> Worker<'a> {
             }
         }
         self.stats.seconds.shade += begin.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// Gives the rays that shading asked for to the next generation, with their keys. Those that cannot hit anything end
@@ -229,7 +240,7 @@ impl<'a> Worker<'a> {
                 let mut path = waiting.path.path(width, seed);
                 let mut shadow = |_, _| unreachable!("nothing was hit");
                 let mut out = ShadeOutput { deposits, shadow: &mut shadow };
-                _ = job.shader.shade(&mut path, &waiting.ray, None, &mut out);
+                _ = follow(job.shader, &mut path, &waiting.ray, None, &mut out);
             }
             can_hit
         });

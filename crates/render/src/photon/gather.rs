@@ -55,7 +55,7 @@ impl<'a> Gather<'a> {
     fn photon_light(&self, hit: &SurfaceInteraction, bsdf: &Bsdf, is_seen: bool) -> Vec3 {
         let query = self.query(hit);
         if !is_seen && hit.material.is_matte {
-            return bsdf.evaluate(hit.n).0 * self.maps.global.irradiance(&query);
+            return bsdf.evaluate(hit.shading_n).0 * self.maps.global.irradiance(&query);
         }
         let reflected = |from: Vec3| if hit.n.dot(from) > 0.0 { bsdf.evaluate(from).0 } else { Vec3::ZERO };
         let map = if is_seen { &self.maps.caustic } else { &self.maps.global };
@@ -70,7 +70,7 @@ impl<'a> Gather<'a> {
         hit: &SurfaceInteraction,
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
-        let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+        let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
         let is_seen = path.scatter_pdf.is_none();
         if is_seen {
             if path.bounces == 0 {
@@ -88,12 +88,16 @@ impl<'a> Gather<'a> {
             return None;
         }
         let scattered = bsdf.sample(Pair::Direction.of(path), Pair::PunctualLight.of(path)[1])?;
+        if !hit.leaves(scattered.wi, scattered.is_transmitted) {
+            return None;
+        }
         // What photons tell of is not looked for once more.
         if !is_seen && bsdf.is_diffuse() && scattered.pdf.is_some() {
             return None;
         }
         path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
         path.bounces += 1;
+        path.spread = path.spread.max(bsdf.spread());
         path.scatter_pdf = match (path.scatter_pdf, scattered.pdf) {
             (None, Some(pdf)) if bsdf.is_diffuse() => Some(pdf.max(f32::MIN_POSITIVE)),
             (None, _) => None,

@@ -90,6 +90,9 @@ impl<'a> PhotonTracer<'a> {
         let numbers = |i: u32| path.sampler.get_2d(SEGMENTS + path.segment * PAIRS_A_SEGMENT + i);
         let [choice, survival] = numbers(1);
         let scattered = bsdf.sample(numbers(0), choice)?;
+        if !hit.leaves(scattered.wi, scattered.is_transmitted) {
+            return None;
+        }
         let kept = scattered.weight.max_element().min(1.0);
         if survival >= kept {
             return None;
@@ -126,7 +129,7 @@ impl Shader for PhotonTracer<'_> {
             path.passed += 1;
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {
-            let bsdf = Bsdf::new(hit.material, hit.n, hit.front, ray.dir);
+            let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
             if bsdf.is_diffuse() {
                 self.keep(path, ray, hit);
             }

@@ -154,7 +154,9 @@ impl Job<'_> {
             (0..self.readers).for_each(|_| drop(scope.spawn(|| self.read_pages())));
             pool.broadcast(|_| {
                 let _end = EndOnPanic(&self.queues);
-                Worker::new(&self).run();
+                if let Err(error) = Worker::new(&self).run() {
+                    self.fail(error);
+                }
             });
         });
         if let Some(error) = self.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -176,6 +178,12 @@ impl Job<'_> {
         }
     }
 
+    /// Ends the work of all threads.
+    fn fail(&self, error: OpenError) {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.queues.stop();
+    }
+
     /// Reads pages until all is done.
     fn read_pages(&self) {
         let _end = EndOnPanic(&self.queues);
@@ -187,11 +195,7 @@ impl Job<'_> {
                     self.queues.put_back(run);
                     std::thread::sleep(PATIENCE);
                 }
-                Err(error) => {
-                    self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-                    self.queues.stop();
-                    return;
-                }
+                Err(error) => return self.fail(error),
             }
         }
     }

@@ -5,17 +5,18 @@ use super::set_aside::SetAside;
 use super::waiting::{Answer, Waiting};
 use crate::{
     deposits::Deposits,
-    interaction::SurfaceInteraction,
+    integrator::follow,
+    interaction::Seen,
     params::RenderParams,
     render::{RenderProgress, RenderStats},
+    shadow,
     starts::CameraPacket,
-    traced::surface_of,
     waiting_path::WaitingPath,
     wave::{PendingLight, ShadeOutput},
 };
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{Amount, Work};
-use raystrips_tracer::{Buffered, Cursor, PACKET, RayBuffer, Visit, VisitTracer, locate_in, page_of};
+use raystrips_tracer::{Buffered, Cursor, OpenError, PACKET, RayBuffer, Visit, VisitTracer, page_of};
 use std::sync::PoisonError;
 use std::time::Instant;
 
@@ -94,7 +95,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    pub fn run(&mut self) {
+    pub fn run(&mut self) -> Result<(), OpenError> {
         let queues = &self.job.queues;
         while let Some(work) = self.wait_for_work() {
             self.begin(work);
@@ -104,7 +105,7 @@ impl<'a> Worker<'a> {
                 let mut tracer = VisitTracer::new(&visit);
                 let mut left = VISIT_RAYS;
                 while left > 0 && is_at_work && visit.len() < self.job.most_held {
-                    left = left.saturating_sub(self.step(&visit, &mut tracer, STEP_RAYS));
+                    left = left.saturating_sub(self.step(&visit, &mut tracer, STEP_RAYS)?);
                     if self.is_done() {
                         self.finish();
                         let work = queues.try_next_work();
@@ -115,6 +116,7 @@ impl<'a> Worker<'a> {
             }
             self.flush();
         }
+        Ok(())
     }
 
     fn wait_for_work(&mut self) -> Option<Work<Waiting>> {
@@ -209,7 +211,12 @@ impl<'a> Worker<'a> {
     }
 
     /// Traces some of the rays, about `most` of each kind, and shades what they find. Tells how many they were.
-    fn step<'v>(&mut self, visit: &'v Visit<'v>, tracer: &mut VisitTracer<'v>, most: usize) -> usize {
+    fn step<'v>(
+        &mut self,
+        visit: &'v Visit<'v>,
+        tracer: &mut VisitTracer<'v>,
+        most: usize,
+    ) -> Result<usize, OpenError> {
         if self.current.left() == 0 || self.next.len() + self.next_shadow.len() > MOST_NEXT {
             self.turn_to_next();
         }
@@ -241,8 +248,8 @@ impl<'a> Worker<'a> {
         let after = self.current.left();
         self.trace_packets(tracer, most);
         let answered = self.answers.len().min(MOST_NEXT);
-        self.shade(visit);
-        before - after + answered
+        self.shade(visit)?;
+        Ok(before - after + answered)
     }
 
     /// Goes on with what shading asked for, before what is left: so that it does not become more than a few thousand rays.
@@ -264,11 +271,18 @@ impl<'a> Worker<'a> {
     }
 
     /// Shades the answers whose surfaces are in memory.
-    fn shade<'v>(&mut self, visit: &'v Visit<'v>) {
+    fn shade<'v>(&mut self, visit: &'v Visit<'v>) -> Result<(), OpenError> {
         let begin = Instant::now();
+        let Job { world, materials, shader, .. } = *self.job;
         let Worker { next, next_shadow, deposits, set_aside, .. } = self;
         let before = (next.len(), next_shadow.len());
-        let mut shadow = |ray, light| next_shadow.push(ray, light);
+        // Where surfaces are see-through, shadow rays go on as paths do.
+        let are_see_through = materials.are_see_through();
+        let mut shadow_paths = Vec::new();
+        let mut shadow = |ray, light| match are_see_through {
+            true => shadow_paths.push((ray, WaitingPath::new(&shadow::path(light)))),
+            false => next_shadow.push(ray, light),
+        };
         let mut out = ShadeOutput { deposits, shadow: &mut shadow };
         let RenderParams { width, seed, .. } = *self.job.params;
         let first = self.answers.len().saturating_sub(MOST_NEXT);
@@ -279,24 +293,26 @@ impl<'a> Worker<'a> {
                     set_aside.hits.push((page_of(hit), answer));
                     continue;
                 };
-                surface_of(&locate_in(&page, hit))
+                world.surface(&page, hit)?
             } else {
                 Default::default()
             };
-            let hit = SurfaceInteraction::new(self.job.materials, ray, hit, &surface);
             let mut path = path.path(width, seed);
-            let goes_on = self.job.shader.shade(&mut path, ray, hit.as_ref(), &mut out);
+            let hit = Seen { world, materials, ray, path: &path }.surface(hit, &surface)?;
+            let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(ray) = goes_on {
                 next.push(ray, WaitingPath::new(&path));
             }
         }
         self.stats.secondary += (self.next.len() - before.0) as u64;
-        self.stats.shadow += (self.next_shadow.len() - before.1) as u64;
+        self.stats.shadow += (self.next_shadow.len() - before.1 + shadow_paths.len()) as u64;
+        shadow_paths.iter().for_each(|(ray, path)| self.next.push(*ray, *path));
         self.stats.seconds.shade += begin.elapsed().as_secs_f64();
         if self.deposits.len() > MOST_DEPOSITS {
             self.flush();
         }
+        Ok(())
     }
 
     /// True if nothing is left to be traced here.
