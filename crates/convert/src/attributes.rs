@@ -64,7 +64,7 @@ impl CornerAttributes {
                 builder.triangle(&[0, 1, 2].map(|k| corners[(first + k) % 3]));
             }
             let block = builder.finish();
-            entries.push(AttributeEntry { bytes: block.len() as u32, checksum: crc32c::crc32c(&block) });
+            entries.push(AttributeEntry::of(&block));
             bytes.extend(block);
         }
         (entries, bytes)

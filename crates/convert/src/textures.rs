@@ -4,6 +4,7 @@ use crate::ConvertError;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::texture::{Level, TEXEL_BYTES, TILE_BYTES, levels, tile_count};
 use raystrips_meshio::{ImageSource, Pixels};
+use raystrips_pack::Shading;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 
@@ -42,7 +43,7 @@ impl Tiles {
             (image.width, image.height) = (pixels.width, pixels.height);
             image.first_tile = checksums.len() as u64;
             let mut write = |tile: &[u8]| {
-                checksums.push(crc32c::crc32c(tile));
+                checksums.push(Shading::tile_checksum(tile));
                 out.write_all(tile)
             };
             write_image(pixels, image.is_srgb, &mut write).map_err(ConvertError::Scratch)?;

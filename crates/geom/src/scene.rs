@@ -32,6 +32,8 @@ pub struct Geometry {
     pub name: String,
     /// Index into [`SceneDesc::materials`].
     pub material: u32,
+    /// Some of it, or all, are triangles.
+    pub has_triangles: bool,
 }
 
 /// A surface: the metallic-roughness model of glTF 2.0, with transmission and absorption. Where there is a texture, numbers are

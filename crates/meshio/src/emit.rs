@@ -157,7 +157,7 @@ impl<'a> Emitter<'a> {
     /// A new geometry.
     pub fn geometry(&mut self, name: &str, material: u32) -> u32 {
         let material = self.material_override.unwrap_or(material);
-        self.scene.geometries.push(Geometry { name: name.to_owned(), material });
+        self.scene.geometries.push(Geometry { name: name.to_owned(), material, has_triangles: false });
         self.scene.geometries.len() as u32 - 1
     }
 
@@ -462,6 +462,7 @@ impl<'a> Emitter<'a> {
         self.batch.triangles.reserve(batch.triangles.len());
         self.batch.attributes.reserve(batch.attributes.len());
         self.report.triangles += batch.triangles.len() as u64;
+        self.scene.geometries[batch.geometry as usize].has_triangles = true;
         self.sink.batch(batch).map_err(ImportError::Sink)
     }
 }

@@ -120,6 +120,13 @@ pub struct AttributeEntry {
     pub checksum: u32,
 }
 
+impl AttributeEntry {
+    /// The entry of a block.
+    pub fn of(block: &[u8]) -> AttributeEntry {
+        AttributeEntry { bytes: block.len() as u32, checksum: crc32c::crc32c(block) }
+    }
+}
+
 /// Begins the attributes of a page.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]

@@ -131,6 +131,11 @@ impl Shading {
         begin..begin + TILE_BYTES as u64
     }
 
+    /// The checksum that belongs to a tile.
+    pub fn tile_checksum(bytes: &[u8]) -> u32 {
+        crc32c::crc32c(bytes)
+    }
+
     /// Checks the bytes at [`Shading::tile`].
     ///
     /// # Errors
@@ -139,7 +144,7 @@ impl Shading {
     /// # Panics
     /// If there is no such tile.
     pub fn check_tile(&self, bytes: &[u8], tile: u64) -> Result<(), PackError> {
-        match crc32c::crc32c(bytes) == self.tile_checksums[tile as usize] {
+        match Shading::tile_checksum(bytes) == self.tile_checksums[tile as usize] {
             true => Ok(()),
             false => {
                 Err(PackError::corrupt(format!("tile {tile} of the images: its checksum does not match")))

@@ -50,8 +50,8 @@ impl Reader<'_> {
     }
 
     fn composed(&mut self, name: &str) -> String {
-        if let Some(one) = name.strip_suffix(" x 3") {
-            return self.array(one, 3);
+        if let Some((one, count)) = name.rsplit_once(" x ") {
+            return self.array(one, count.parse().unwrap());
         }
         if let Some(one) = name.strip_prefix("list of ") {
             let count = self.varint();
@@ -84,6 +84,9 @@ impl Reader<'_> {
         {
             return format!("{name}({})", self.value(of));
         }
+        if fields.is_empty() {
+            return name.into();
+        }
         let fields: Vec<String> =
             fields.iter().map(|(name, of)| format!("{name}: {}", self.value(of))).collect();
         format!("{name} {{ {} }}", fields.join(", "))
@@ -94,7 +97,7 @@ impl Reader<'_> {
 fn variant_fields(cell: &str) -> Vec<(String, String)> {
     let field =
         |f: &str| f.split_once(": ").map_or((String::new(), f.into()), |(n, of)| (plain(n), of.into()));
-    cell.split(", ").map(field).collect()
+    cell.split(", ").filter(|cell| !cell.is_empty()).map(field).collect()
 }
 
 /// The manifest of the sample pack, altered, and its bytes in the file.
@@ -103,9 +106,9 @@ fn sample(alter: impl FnOnce(&mut Manifest)) -> (Manifest, Vec<u8>) {
     let path = folder.path().join("sample.rsp");
     let (_, manifest) = support::write_sample(&path, alter);
     let file = std::fs::read(path).unwrap();
-    let last = file.len() - FOOTER_BYTES - size_of::<SectionEntry>();
-    let entry: SectionEntry = bytemuck::pod_read_unaligned(&file[last..file.len() - FOOTER_BYTES]);
-    assert_eq!(entry.kind, Section::Manifest as u32);
+    let mut entries = file[..file.len() - FOOTER_BYTES].rchunks(size_of::<SectionEntry>());
+    let entries = entries.by_ref().map(bytemuck::pod_read_unaligned::<SectionEntry>);
+    let entry = entries.take(8).find(|entry| entry.kind == Section::Manifest as u32).unwrap();
     (manifest, file[entry.offset as usize..][..entry.bytes as usize].to_vec())
 }
 

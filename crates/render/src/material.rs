@@ -171,11 +171,14 @@ impl Materials {
         let fallback = ready(&Material::default());
         let of = |index: u32| description.materials.get(index as usize);
         let used = || description.geometries.iter().map(|geometry| of(geometry.material));
+        // Of strands the tracer decides which rays they stop.
+        let surfaces = description.geometries.iter().filter(|geometry| geometry.has_triangles);
+        let mut surfaces = surfaces.filter_map(|geometry| of(geometry.material));
         Materials {
             by_geometry: used().map(|material| material.map_or(fallback, ready)).collect(),
             fallback,
             textures: Textures::new(description),
-            are_see_through: used().flatten().any(Material::is_see_through),
+            are_see_through: surfaces.any(Material::is_see_through),
         }
     }
 

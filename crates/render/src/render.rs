@@ -11,7 +11,7 @@ use crate::{
     sampling::power_heuristic,
     sky::lighting,
     unfinished::Unfinished,
-    wave::{Tile, Wave, WaveContext},
+    wave::{Path, Tile, Wave, WaveContext},
     world::World,
 };
 use raystrips_tracer::OpenError;
@@ -65,6 +65,11 @@ pub struct StageSeconds {
 }
 
 impl RenderStats {
+    /// Counts a ray with which a path goes on.
+    pub(crate) fn count(&mut self, path: &Path) {
+        *(if path.is_shadow() { &mut self.shadow } else { &mut self.secondary }) += 1;
+    }
+
     pub(crate) fn add(&mut self, other: &RenderStats) {
         self.primary += other.primary;
         self.shadow += other.shadow;

@@ -34,7 +34,11 @@ impl BruteWorld {
         }
         self.triangles.extend(triangles);
         let index = self.description.materials.len() as u32;
-        self.description.geometries.push(Geometry { name: String::new(), material: index });
+        self.description.geometries.push(Geometry {
+            name: String::new(),
+            material: index,
+            has_triangles: true,
+        });
         self.description.materials.push(material);
     }
 

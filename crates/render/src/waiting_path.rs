@@ -17,12 +17,23 @@ pub(crate) struct WaitingPath {
     pub passed: u32,
     pub distance: f32,
     pub spread: f32,
+    pub straight: f32,
 }
 
 impl WaitingPath {
     pub fn new(path: &Path) -> WaitingPath {
-        let &Path { pixel, sampler, throughput, scatter_pdf, segment, bounces, passed, distance, spread } =
-            path;
+        let &Path {
+            pixel,
+            sampler,
+            throughput,
+            scatter_pdf,
+            segment,
+            bounces,
+            passed,
+            distance,
+            spread,
+            straight,
+        } = path;
         debug_assert!(
             path.is_shadow() || segment == bounces + passed,
             "each surface reflects a path or is passed"
@@ -36,13 +47,28 @@ impl WaitingPath {
             passed,
             distance,
             spread,
+            straight,
         }
+    }
+
+    /// True if it is a shadow ray on its way as a path.
+    pub fn is_shadow(&self) -> bool {
+        self.segment == Path::SHADOW
     }
 
     /// The path again, of a picture with `width` pixels in a row and this seed.
     pub fn path(&self, width: u32, seed: u64) -> Path {
-        let &WaitingPath { pixel, sample_index, throughput, scatter_pdf, segment, passed, distance, spread } =
-            self;
+        let &WaitingPath {
+            pixel,
+            sample_index,
+            throughput,
+            scatter_pdf,
+            segment,
+            passed,
+            distance,
+            spread,
+            straight,
+        } = self;
         Path {
             pixel,
             sampler: PathSampler::new([pixel % width, pixel / width], sample_index, seed),
@@ -53,6 +79,7 @@ impl WaitingPath {
             passed,
             distance,
             spread,
+            straight,
         }
     }
 }

@@ -65,6 +65,8 @@ pub(crate) struct Path {
     pub distance: f32,
     /// What is seen at once is so many times as wide as far away.
     pub spread: f32,
+    /// Distance from the surface that reflected the path last, past others, to where the current ray begins.
+    pub straight: f32,
 }
 
 impl Path {
@@ -81,6 +83,7 @@ impl Path {
             passed: 0,
             distance,
             spread: 0.0,
+            straight: 0.0,
         }
     }
 
@@ -91,7 +94,7 @@ impl Path {
     }
 
     /// Segments that no path has.
-    const SHADOW: u32 = u32::MAX;
+    pub const SHADOW: u32 = u32::MAX;
 
     /// True if it is a shadow ray.
     pub fn is_shadow(&self) -> bool {
@@ -252,11 +255,11 @@ impl Wave {
             let next = follow(context.shader, path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(next) = next {
+                self.stats.count(path);
                 self.next.push(next, path_index);
             }
         }
         self.deposits.flush(film);
-        self.stats.secondary += self.next.rays.len() as u64;
         self.stats.shadow += self.shadow.rays.len() as u64;
         if context.materials.are_see_through() {
             for (ray, light) in self.shadow.rays.drain(..).zip(self.shadow.errands.drain(..)) {

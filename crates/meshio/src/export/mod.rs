@@ -109,9 +109,9 @@ mod tests {
             |name: &str, base_color| Material { name: name.into(), base_color, ..Material::default() };
         let scene = SceneDesc {
             geometries: vec![
-                Geometry { name: "a".into(), material: 1 },
-                Geometry { name: "unused".into(), material: 0 },
-                Geometry { name: "b".into(), material: 0 },
+                Geometry { name: "a".into(), material: 1, has_triangles: true },
+                Geometry { name: "unused".into(), material: 0, has_triangles: true },
+                Geometry { name: "b".into(), material: 0, has_triangles: true },
             ],
             materials: vec![material("red", [1.0, 0.0, 0.25]), material("green \"1\"", [0.0, 1.0, 0.0])],
             ..SceneDesc::default()

@@ -5,6 +5,7 @@ use raystrips_pack::vertices::VERTEX_REACH;
 use raystrips_pack::{ClusterView, Pack, PackError, PageId, PageView, WideNode, check_page};
 use std::hint::black_box;
 use std::io::Cursor;
+use std::ops::Range;
 
 /// A pack and its pages, which were checked.
 pub struct Opened {
@@ -25,7 +26,7 @@ fn bytes(memory: &[WideNode]) -> &[u8] {
     bytemuck::cast_slice(memory)
 }
 
-/// Opens the pack and checks all pages and ids.
+/// Opens the pack and checks all pages, ids, attributes and tiles.
 pub fn open_all(file: &[u8]) -> Result<Opened, PackError> {
     let pack = Pack::open(&mut Cursor::new(file))?;
     let geometries = pack.manifest.scene.geometries.len();
@@ -36,10 +37,21 @@ pub fn open_all(file: &[u8]) -> Result<Opened, PackError> {
         let memory = aligned(&file[entry.offset as usize..][..length]);
         check_page(&bytes(&memory)[..length], id as PageId, entry, geometries, depth)?;
         pages.push(memory);
+        pack.shading.check_attributes(
+            part(file, pack.shading.attributes(id as PageId)),
+            id as PageId,
+            entry.triangle_count,
+        )?;
     }
+    (0..pack.shading.tile_count())
+        .try_for_each(|tile| pack.shading.check_tile(part(file, pack.shading.tile(tile)), tile))?;
     let (offset, bytes) = pack.triangle_ids();
     pack.check_triangle_ids(&file[offset as usize..(offset + bytes) as usize])?;
     Ok(Opened { pack, pages })
+}
+
+fn part(file: &[u8], place: Range<u64>) -> &[u8] {
+    &file[place.start as usize..place.end as usize]
 }
 
 /// A copy of `bytes`, aligned as pages are, with something after them.

@@ -1,16 +1,19 @@
 //! A small pack with something of everything: two pages, one of strips of one to five windows with splits, one of
 //! single windows of triangles and of a strand; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
-//! emitters, ids, names, a light, a camera and a sky.
+//! emitters, ids, names, a light, a camera, a sky, attributes of one page and an image of two tiles.
 
-use glam::Vec3;
-use raystrips_geom::scene::{Camera, Geometry, Light, LightKind, Material, Projection, SceneDesc, Sky};
+use glam::{Vec2, Vec3, Vec4};
+use raystrips_geom::scene::{
+    AlphaMode, Camera, Geometry, Light, LightKind, Material, Projection, SceneDesc, Sky,
+};
 use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES};
-use raystrips_geom::{Aabb, RadiusCode};
+use raystrips_geom::texture::{Image, TILE_BYTES, Texture, Wrap, tile_count};
+use raystrips_geom::{Aabb, Attributes, RadiusCode, Streams};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
-    ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents, PackWriter, PageBuilder, ProxyKind,
-    TopEntry,
+    AttributeBuilder, AttributeEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents,
+    PackWriter, PageBuilder, ProxyKind, Shading, TopEntry,
 };
 use std::io::Read;
 use std::ops::Range;
@@ -41,18 +44,37 @@ pub fn write_with(
     alter(writer.manifest_mut());
     let emitter = Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 };
     let mut proxies = proxies.to_vec();
+    let block = attributes(first.triangle_count);
+    let entry = AttributeEntry::of(&block);
+    let entries = [entry, AttributeEntry::default()];
+    let tiles: Vec<u8> = (0..TILE_BYTES * tile_count(40, 3) as usize).map(|i| i as u8).collect();
+    let checksums: Vec<u32> = tiles.chunks(TILE_BYTES).map(Shading::tile_checksum).collect();
     let contents = PackContents {
         top_nodes: &top_nodes,
         top_entries: &top_entries,
         emitters: &mut bytemuck::bytes_of(&emitter),
         triangle_ids: &mut ids.as_slice(),
         geometry_bounds,
-        attributes: None,
-        tiles: None,
+        attributes: Some([&mut bytemuck::cast_slice(&entries), &mut block.as_slice()]),
+        tiles: Some((&mut tiles.as_slice(), &checksums)),
         proxies: proxies.iter_mut().map(|(kind, bytes)| (*kind, bytes as &mut dyn Read)).collect(),
     };
     let (manifest, _) = writer.finish(path, contents).unwrap();
     (vec![first, second], manifest)
+}
+
+/// Attributes of a page, of all kinds.
+fn attributes(triangles: u32) -> Vec<u8> {
+    let mut builder = AttributeBuilder::new(Streams::ALL);
+    for i in 0..triangles {
+        let corner = |k: u32| Attributes {
+            normal: Vec3::new((i + k) as f32, 1.0, -2.0),
+            tex_coords: [Vec2::new(i as f32, 0.5), Vec2::new(0.25, k as f32)],
+            color: Vec4::new(0.0, 0.5, 1.0, 0.75),
+        };
+        builder.triangle(&[corner(0), corner(1), corner(2)]);
+    }
+    builder.finish()
 }
 
 /// A tree over two clusters, the first with two strips.
@@ -206,12 +228,15 @@ fn scene() -> SceneDesc {
         aspect,
     };
     let (position, direction) = ([1.0, 2.0, 3.0], [0.0, -1.0, 0.0]);
+    let mut textured = material("gray", [0.0; 3]);
+    textured.alpha_mode = AlphaMode::Mask(0.5);
+    textured.textures.base_color = Some(0);
     SceneDesc {
         geometries: vec![
-            Geometry { name: "floor".into(), material: 0 },
-            Geometry { name: String::new(), material: 1 },
+            Geometry { name: "floor".into(), material: 0, has_triangles: true },
+            Geometry { name: String::new(), material: 1, has_triangles: true },
         ],
-        materials: vec![material("gray", [0.0; 3]), material("lamp", [1.0, 0.5, 0.25])],
+        materials: vec![textured, material("lamp", [1.0, 0.5, 0.25])],
         lights: vec![
             light(LightKind::Point { position }),
             light(LightKind::Spot { position, direction, inner_angle: 0.25, outer_angle: 0.5 }),
@@ -222,5 +247,7 @@ fn scene() -> SceneDesc {
             camera(Projection::Orthographic { height: 2.0 }, None),
         ],
         sky: Some(Sky::Gradient { zenith: [0.0, 0.0, 1.0], horizon: [1.0; 3], ground: [0.25; 3] }),
+        images: vec![Image { name: "wood".into(), width: 40, height: 3, is_srgb: true, first_tile: 0 }],
+        textures: vec![Texture { wrap: [Wrap::Mirror, Wrap::Clamp], ..Texture::default() }],
     }
 }

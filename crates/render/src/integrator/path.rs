@@ -6,9 +6,8 @@
 //! sampling; the sky only by directions, punctual lights only by sampling. Lights are not sampled through surfaces, nor
 //! for smooth ones: what goes there counts in full.
 //!
-//! Partly opaque surfaces let a path pass by chance. Shadow rays take them as opaque, so light through them is
-//! found by chance too: after passing, a path counts what it meets in full. Punctual lights do not shine
-//! through. Of partly opaque strands the tracer decides which rays they stop, so shadows are as light as they should be.
+//! Partly opaque surfaces let a path pass by chance, and shadow rays too. Of partly opaque strands the tracer decides which
+//! rays they stop.
 
 use super::{DirectLight, Pair, Shader};
 use crate::{
@@ -69,7 +68,10 @@ impl<'a> PathTracer<'a> {
         let weight = path.scatter_pdf.map_or(1.0, |scatter_pdf| {
             // Of textured lamps nobody knows where they shine: they are found by direction alone.
             let light_pdf = match hit.material.is_lamp {
-                true => self.direct.area_lights.pdf(&hit.material, hit.distance, hit.n.dot(ray.dir)),
+                true => {
+                    let distance = path.straight + hit.distance;
+                    self.direct.area_lights.pdf(&hit.material, distance, hit.n.dot(ray.dir))
+                }
                 false => 0.0,
             };
             1.0 - (self.direct.weight)(light_pdf, scatter_pdf)
@@ -87,6 +89,7 @@ impl<'a> PathTracer<'a> {
         }
         path.throughput *= scattered.weight;
         path.bounces += 1;
+        path.straight = 0.0;
         let survival = path.throughput.max_element();
         if path.bounces >= ROULETTE_START && survival < 1.0 {
             if Pair::Survival.of(path)[1] >= survival {
@@ -101,7 +104,7 @@ impl<'a> PathTracer<'a> {
 
     /// The same ray behind the surface.
     fn pass(&self, path: &mut Path, ray: &Ray, hit: &SurfaceInteraction) -> Option<Ray> {
-        path.scatter_pdf = None;
+        path.straight += hit.distance;
         path.passed += 1;
         (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
     }

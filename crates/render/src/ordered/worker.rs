@@ -199,7 +199,8 @@ impl<'a> Worker<'a> {
     /// here.
     fn hand_on(&mut self) -> Result<(), RenderError> {
         let job = self.job;
-        let shadow = self.next.iter().map(|ray| u64::from(ray.is_shadow)).sum::<u64>();
+        let is_shadow = |ray: &&Waiting| ray.is_shadow != 0 || ray.path.is_shadow();
+        let shadow = self.next.iter().filter(is_shadow).count() as u64;
         self.stats.shadow += shadow;
         self.stats.secondary += self.next.len() as u64 - shadow;
         if let Some(hit_points) = job.hit_points {

@@ -274,8 +274,8 @@ impl<'a> Worker<'a> {
     fn shade<'v>(&mut self, visit: &'v Visit<'v>) -> Result<(), OpenError> {
         let begin = Instant::now();
         let Job { world, materials, shader, .. } = *self.job;
-        let Worker { next, next_shadow, deposits, set_aside, .. } = self;
-        let before = (next.len(), next_shadow.len());
+        let Worker { next, next_shadow, deposits, set_aside, stats, .. } = self;
+        let before = next_shadow.len();
         // Where surfaces are see-through, shadow rays go on as paths do.
         let are_see_through = materials.are_see_through();
         let mut shadow_paths = Vec::new();
@@ -302,11 +302,11 @@ impl<'a> Worker<'a> {
             let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
             path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(ray) = goes_on {
+                stats.count(&path);
                 next.push(ray, WaitingPath::new(&path));
             }
         }
-        self.stats.secondary += (self.next.len() - before.0) as u64;
-        self.stats.shadow += (self.next_shadow.len() - before.1 + shadow_paths.len()) as u64;
+        self.stats.shadow += (self.next_shadow.len() - before + shadow_paths.len()) as u64;
         shadow_paths.iter().for_each(|(ray, path)| self.next.push(*ray, *path));
         self.stats.seconds.shade += begin.elapsed().as_secs_f64();
         if self.deposits.len() > MOST_DEPOSITS {
