@@ -22,6 +22,7 @@ mod rays;
 mod render;
 mod resume;
 mod support;
+mod textures;
 mod trace;
 mod usage;
 mod whole_or_nothing;

@@ -3,6 +3,7 @@
 use crate::hair::lawn;
 use crate::models::Mesh;
 use crate::support::{Folder, repository_file};
+use crate::textures::quarters;
 use raystrips_render::{
     Curve, Film, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, PhotonParams, QueueParams,
     RenderParams, Schedule, TracedWorld, Unfinished, Watch, World, render, render_ordered, render_queued,
@@ -131,6 +132,32 @@ fn a_closed_room_with_area_lights() {
 }
 
 /// Strands that are partly opaque over a surface, with a lamp above.
+#[test]
+fn leaves_that_textures_cut_out() {
+    let folder = Folder::new();
+    let Mesh { vertices, triangles } = Mesh::hills(40);
+    let mut text = "mtllib a.mtl\nusemtl a\n".to_owned();
+    for [x, y, z] in &vertices {
+        text += &format!("v {x} {y} {z}\nvt {x} {z}\nvn {x} 9 {z}\n");
+    }
+    for triangle in &triangles {
+        let [a, b, c] = triangle.map(|v| v + 1);
+        text += &format!("f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}\n");
+    }
+    folder.write("a.obj", text);
+    folder.write("a.mtl", "newmtl a\nKd 1 1 1\nmap_Kd a.png\nmap_d a.png\nmap_Bump a.png\n");
+    folder.write("a.png", quarters(512));
+    folder.write("ground.ply", Mesh::hills(12).ply());
+    folder.write("lamp.obj", "v 2 9 2\nv 9 9 2\nv 9 9 9\nv 2 9 9\nf 1 2 3 4\n");
+    let scene = "material = [ { name = 'lamp', emission = [4.0, 4.0, 4.0] } ]\n\
+                 light = [ { type = 'point', position = [4.0, 7.0, 4.0], intensity = [9.0, 9.0, 9.0] } ]\n\
+                 model = [ { file = 'a.obj', translate = [0.0, 2.0, 0.0] }, { file = 'ground.ply' }, \
+                 { file = 'lamp.obj', material = 'lamp' } ]";
+    folder.write("scene.toml", scene);
+    folder.run("convert scene.toml -o leaves.rsp --page-size 4K").done();
+    check_all(&folder.path("leaves.rsp"), Integrator::Path);
+}
+
 #[test]
 fn hair_on_the_ground() {
     let folder = Folder::new();

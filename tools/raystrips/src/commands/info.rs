@@ -41,7 +41,8 @@ fn open(path: &Path) -> Result<(Pack, Vec<ProxyReport>)> {
 pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Value {
     let (bytes, strand_bytes) = (&manifest.bytes, &manifest.strand_bytes);
     let proxy_bytes: u64 = proxies.iter().map(|proxy| proxy.bytes).sum();
-    let named = bytes.tracing() - bytes.page_overhead + bytes.materials + proxy_bytes;
+    let shading = bytes.materials + bytes.attributes + bytes.textures;
+    let named = bytes.tracing() - bytes.page_overhead + shading + proxy_bytes;
     let other = file_bytes.saturating_sub(named);
     let proxy_triangles = |i: usize| proxies.get(i).map_or(0, |proxy| proxy.triangles);
     json!({
@@ -59,6 +60,8 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
             "strip_trees": bytes.strip_trees,
             "nodes": bytes.nodes,
             "materials": bytes.materials,
+            "attributes": bytes.attributes,
+            "textures": bytes.textures,
             "other": other,
             "proxy": proxy_bytes,
         },
@@ -83,6 +86,8 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
         "id_bytes": manifest.id_bytes,
         "geometries": manifest.scene.geometries.len(),
         "materials": manifest.scene.materials.len(),
+        "textures": manifest.scene.textures.len(),
+        "images": manifest.scene.images.len(),
         "lights": manifest.scene.lights.len(),
         "cameras": manifest.scene.cameras.len(),
         "generator": manifest.generator,
@@ -108,6 +113,20 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
     }
     if manifest.segments > 0 {
         lines.push(("bytes/segment", shares(&manifest.strand_bytes, manifest.segments)));
+    }
+    if manifest.bytes.attributes > 0 {
+        let each = manifest.bytes.attributes as f64 / manifest.triangles().max(1) as f64;
+        let text = format!("normals, texture coordinates, colors: {each:.2} bytes/triangle beside these");
+        lines.push(("attributes", text));
+    }
+    if !scene.images.is_empty() {
+        let text = format!(
+            "{} of {} images ({})",
+            scene.textures.len(),
+            scene.images.len(),
+            bytes(manifest.bytes.textures)
+        );
+        lines.push(("textures", text));
     }
     lines.extend([
         ("bounds", format!("{:?} to {:?}", manifest.bounds_min, manifest.bounds_max)),

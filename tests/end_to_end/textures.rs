@@ -1,0 +1,179 @@
+//! Textures, normals and colors of vertices, from files to pictures.
+
+use crate::pictures::Exr;
+use crate::support::Folder;
+use serde_json::json;
+
+/// Codes of the four quarters of [`quarters`]: upper left, upper right, lower left, lower right.
+const QUARTERS: [[u8; 4]; 4] = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [188, 188, 188, 0]];
+
+/// A square PNG of four colors, of which the last one is transparent.
+pub fn quarters(side: u32) -> Vec<u8> {
+    let half = side / 2;
+    let texel = |x: u32, y: u32| QUARTERS[(y / half * 2 + x / half) as usize];
+    let texels = (0..side).flat_map(|y| (0..side).flat_map(move |x| texel(x, y)));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, side, side);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&texels.collect::<Vec<u8>>()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+/// A square of side 2 on the ground, seen from above with -z upwards.
+const SQUARE: &str = "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                      usemtl a\nf 1/1 2/2 3/3 4/4\n";
+const FROM_ABOVE: &str = "[camera]\nposition = [0.0, 20.0, 0.0]\ntarget = [0.0, 0.0, 0.0]\nup = [0.0, 0.0, -1.0]\n\
+                          vertical_fov_degrees = 5.7\n[sky]\ncolor = [1.0, 1.0, 1.0]\n";
+
+/// Albedo in the middle of the four quarters of a picture.
+fn albedo(folder: &Folder, arguments: &str) -> [[f32; 3]; 4] {
+    folder.run(&format!("render {arguments} -o a.exr --size 64x64 --spp 4 --bounces 1")).done();
+    let exr = Exr::read(&folder.path("a.exr"));
+    let at = |column: usize, row: usize| {
+        ["albedo.R", "albedo.G", "albedo.B"].map(|name| exr.channels[name][row * 64 + column])
+    };
+    [at(16, 16), at(48, 16), at(16, 48), at(48, 48)]
+}
+
+#[track_caller]
+fn assert_quarters(found: [[f32; 3]; 4], expected: [[f32; 3]; 4]) {
+    for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((found - expected).abs() < 0.01, "{found} instead of {expected}");
+    }
+}
+
+/// What [`QUARTERS`] are in linear light.
+const COLORS: [[f32; 3]; 4] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.503, 0.503, 0.503]];
+
+fn scene(folder: &Folder, model: &str) {
+    folder.write("scene.toml", format!("{FROM_ABOVE}[[model]]\nfile = \"{model}\"\n"));
+}
+
+#[test]
+fn the_first_row_of_a_texture_is_up_in_obj() {
+    let folder = Folder::new();
+    folder.write("a.obj", SQUARE);
+    folder.write("a.png", quarters(128));
+    folder.write("a.mtl", "newmtl a\nKd 1 1 1\nmap_Kd a.png\n");
+    scene(&folder, "a.obj");
+    let outcome = folder.run("convert scene.toml -o a.rsp").done();
+    assert!(!outcome.stderr.contains("warning"), "{outcome:#?}");
+    assert_quarters(albedo(&folder, "a.rsp"), COLORS);
+    // In little memory, and without what is left out on demand.
+    assert_quarters(albedo(&folder, "a.rsp --reorder queues"), COLORS);
+    folder.run("convert scene.toml -o bare.rsp --bare").done();
+    let bare = folder.run("info bare.rsp --json").json();
+    let full = folder.run("info a.rsp --json").json();
+    assert!(bare["bytes"]["attributes"] == 0 && bare["bytes"]["textures"] == 0, "{bare}");
+    assert!(
+        full["bytes"]["attributes"].as_u64() > Some(40)
+            && full["bytes"]["textures"].as_u64() > Some(5 * 16384)
+    );
+    assert_eq!(bare["bytes_per_triangle"], full["bytes_per_triangle"]);
+}
+
+#[test]
+fn the_first_row_of_a_texture_is_where_v_is_0_in_gltf() {
+    let folder = Folder::new();
+    let image = quarters(64);
+    let corners: [([f32; 3], [f32; 2]); 4] = [
+        ([-1.0, 0.0, 1.0], [0.0, 1.0]),
+        ([1.0, 0.0, 1.0], [1.0, 1.0]),
+        ([1.0, 0.0, -1.0], [1.0, 0.0]),
+        ([-1.0, 0.0, -1.0], [0.0, 0.0]),
+    ];
+    let mut binary: Vec<u8> = corners.iter().flat_map(|c| c.0).flat_map(f32::to_le_bytes).collect();
+    binary.extend(corners.iter().flat_map(|c| c.1).flat_map(f32::to_le_bytes));
+    binary.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
+    let image_at = binary.len();
+    binary.extend(&image);
+    folder.write("a.bin", &binary);
+    let document = |texture: serde_json::Value, material: serde_json::Value| {
+        json!({
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [
+                {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}
+            ]}],
+            "materials": [material],
+            "textures": [texture],
+            "images": [{"bufferView": 3, "mimeType": "image/png"}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+                {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 48},
+                {"buffer": 0, "byteOffset": 48, "byteLength": 32},
+                {"buffer": 0, "byteOffset": 80, "byteLength": 12},
+                {"buffer": 0, "byteOffset": image_at, "byteLength": image.len()}
+            ],
+            "buffers": [{"byteLength": binary.len(), "uri": "a.bin"}]
+        })
+        .to_string()
+    };
+    let textured = |info: serde_json::Value| json!({"pbrMetallicRoughness": {"baseColorTexture": info, "metallicFactor": 0.0}});
+    folder.write("a.gltf", document(json!({"source": 0}), textured(json!({"index": 0}))));
+    scene(&folder, "a.gltf");
+    assert_quarters(albedo(&folder, "scene.toml --cache cache"), COLORS);
+
+    // Moved by half of its width: the left and the right half change their places.
+    let moved = json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.0]}}});
+    folder.write("a.gltf", document(json!({"source": 0}), textured(moved)));
+    let [a, b, c, d] = COLORS;
+    assert_quarters(albedo(&folder, "scene.toml --cache cache"), [b, a, d, c]);
+
+    // One clear line each, and a picture without the texture.
+    for (texture, what) in [(json!({"source": 7}), "is not there"), (json!({}), "names no image")] {
+        folder.write("a.gltf", document(texture, textured(json!({"index": 0}))));
+        let outcome = folder.run("convert a.gltf -o b.rsp").done_with_notes();
+        assert!(outcome.stderr.contains("textures[0]") && outcome.stderr.contains(what), "{outcome:#?}");
+    }
+    folder.write("a.bin", [&binary[..image_at + 60], &vec![0; image.len() - 60][..]].concat());
+    folder.write("a.gltf", document(json!({"source": 0}), textured(json!({"index": 0}))));
+    let outcome = folder.run("convert a.gltf -o b.rsp").done_with_notes();
+    assert!(outcome.stderr.contains("its textures are white"), "{outcome:#?}");
+}
+
+#[test]
+fn light_falls_through_what_a_texture_cuts_out() {
+    let folder = Folder::new();
+    folder.write("a.obj", SQUARE);
+    folder.write("a.png", quarters(64));
+    folder.write("a.mtl", "newmtl a\nKd 0 0 0\nmap_Kd a.png\nmap_d a.png\n");
+    folder.write("floor.obj", "v -9 -1 9\nv 9 -1 9\nv 9 -1 -9\nv -9 -1 -9\nf 1 2 3 4\n");
+    // Along the diagonal, so that shadows lie beside what casts them: two units to the right.
+    let scene = "[camera]\nposition = [2.0, 20.0, 0.0]\ntarget = [2.0, 0.0, 0.0]\nup = [0.0, 0.0, -1.0]\n\
+                 vertical_fov_degrees = 5.7\n\
+                 [[light]]\ntype = \"directional\"\ndirection = [2.0, -1.0, 0.0]\nintensity = [1.0, 1.0, 1.0]\n\
+                 [[model]]\nfile = \"a.obj\"\n[[model]]\nfile = \"floor.obj\"\n";
+    folder.write("scene.toml", scene);
+    folder.run("render scene.toml -o a.exr --cache cache --size 64x64 --spp 16 --bounces 1").done();
+    let exr = Exr::read(&folder.path("a.exr"));
+    let [upper_left, upper_right, lower_left, lower_right] =
+        [(16, 16), (48, 16), (16, 48), (48, 48)].map(|(x, y)| exr.rgb(x, y)[0]);
+    assert_eq!([upper_left, upper_right, lower_left], [0.0; 3], "in the shadow");
+    let lit = 0.8 / std::f64::consts::PI / 5f64.sqrt();
+    assert!((lower_right - lit).abs() < 0.01 * lit, "{lower_right} instead of {lit}");
+}
+
+#[test]
+fn normals_of_corners_make_a_flat_thing_round() {
+    let folder = Folder::new();
+    // The normals lean outwards; the one of the last vertex is broken, and no normal.
+    let text = "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvn -1 1 0\nvn 1 1 0\nf 1//1 2//2 3//2 4//1\n";
+    folder.write("a.obj", text);
+    scene(&folder, "a.obj");
+    folder.run("render scene.toml -o a.exr --cache cache --size 64x64 --spp 4 --bounces 1").done();
+    let exr = Exr::read(&folder.path("a.exr"));
+    let normal =
+        |column: usize| ["normal.X", "normal.Y", "normal.Z"].map(|name| exr.channels[name][32 * 64 + column]);
+    let [x, y, z] = normal(2);
+    assert!((x + y).abs() < 0.1 && y > 0.6 && z.abs() < 1e-3, "{x} {y} {z}");
+    assert!(normal(32)[1] > 0.99 && normal(61)[0] > 0.6);
+}
