@@ -17,6 +17,11 @@ const THREAD_BYTES: u64 = 6 << 20;
 /// Memory in which a piece is built, a triangle and a vertex: the more vertices, the shorter and more the strips.
 const BUILD_TRIANGLE_BYTES: u64 = 160;
 const BUILD_VERTEX_BYTES: u64 = 220;
+/// The same for attributes: which record each corner has; the records, and those of a page found again by their bytes.
+const CORNERS_BYTES: u64 = 16;
+const RECORD_BYTES: u64 = 48;
+/// Scratch bytes of the attributes of a vertex.
+const ATTRIBUTE_BYTES: u64 = 20;
 /// Memory for each thread that works on batches, while there are no pieces yet.
 const BATCH_BYTES: u64 = 12 << 20;
 /// Scratch bytes of a triangle: its corners, and its share of a batch's head.
@@ -81,7 +86,10 @@ impl Plan {
                 io::Error::new(io::ErrorKind::NotADirectory, "there is no such folder; make it first");
             return Err(ConvertError::Folder { path: scratch, source });
         }
-        let survey = survey(inputs)?;
+        let mut survey = survey(inputs)?;
+        if params.import.bare {
+            survey.attributed_vertices = 0;
+        }
         let memory = params.memory.unwrap_or_else(|| spare_memory().unwrap_or(DEFAULT_MEMORY));
         let threads = rayon::current_num_threads() as u64;
         let piece = piece_bytes(&survey);
@@ -92,7 +100,9 @@ impl Plan {
         }
         // Batches of the import, then the same in pieces; the import is removed after that.
         let places = if params.keep_ids { PLACE_BYTES * survey.triangles } else { 0 };
-        let spools = 2 * (survey.triangles * TRIANGLE_BYTES + survey.vertices * VERTEX_BYTES) + places;
+        let attributes = survey.attributed_vertices * ATTRIBUTE_BYTES;
+        let batches = survey.triangles * TRIANGLE_BYTES + survey.vertices * VERTEX_BYTES + attributes;
+        let spools = 2 * batches + places;
         let kept = survey.kept_vertices * KEPT_BYTES;
         let pieces = survey.triangles.div_ceil(PIECE_TRIANGLES / 2).clamp(1, threads);
         let in_memory = base + pieces * piece + spools + kept <= memory;
@@ -119,6 +129,8 @@ impl Plan {
     /// Refuses disks that are too small; a quarter of the estimate may be wrong.
     fn check_disk(&self, output: &Path, survey: &Survey, keep_ids: bool) -> Result<(), ConvertError> {
         let pack = survey.triangles * PACK_TRIANGLE_BYTES + survey.vertices * PACK_VERTEX_BYTES;
+        // There once more until the pack is whole.
+        let pack = pack + 2 * survey.attributed_vertices * ATTRIBUTE_BYTES;
         let pack = pack + if keep_ids { survey.triangles * ID_BYTES } else { 0 };
         let beside = parent(output);
         let (pack_used, scratch_used) = job::used_bytes(output, &self.scratch);
@@ -172,7 +184,12 @@ fn piece_bytes(survey: &Survey) -> u64 {
         if survey.is_exact { survey.triangles } else { survey.triangles.max(survey.bytes / LEAST_TEXT) };
     let triangles = PIECE_TRIANGLES.min(most);
     let vertices = (triangles * 3).min(triangles.saturating_mul(survey.vertices) / survey.triangles.max(1));
-    triangles * BUILD_TRIANGLE_BYTES + vertices * BUILD_VERTEX_BYTES
+    let bare = triangles * BUILD_TRIANGLE_BYTES + vertices * BUILD_VERTEX_BYTES;
+    if survey.attributed_vertices == 0 {
+        return bare;
+    }
+    let share = triangles.saturating_mul(survey.attributed_vertices) / survey.triangles.max(1);
+    bare + triangles * CORNERS_BYTES + (triangles * 3).min(share) * RECORD_BYTES
 }
 
 fn are_on_one_disk(a: &Path, b: &Path) -> bool {

@@ -76,6 +76,7 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
         triangles: file.point_count.saturating_sub(file.strand_count) as u64,
         vertices: file.point_count as u64,
         kept_vertices: 0,
+        attributed_vertices: 0,
         is_exact: true,
     })
 }

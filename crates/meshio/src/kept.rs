@@ -11,6 +11,8 @@ const VERTEX_BYTES: usize = 24;
 /// Vertices of a chunk, as a power of two. 24 MiB: whole pages, few maps for billions of vertices, and little beside
 /// any budget.
 const CHUNK_BITS: u32 = 20;
+/// The same beside positions, which are what there is room for.
+const SMALL_CHUNK_BITS: u32 = 17;
 
 /// Grows by a vertex at a time; those that are there can be asked for in any order.
 pub(crate) struct Kept {
@@ -39,6 +41,11 @@ impl Kept {
     /// A store that takes about `memory` bytes of memory, a quarter of it for pages of the scratch file.
     pub fn new(options: &ImportOptions, memory: u64) -> Kept {
         Kept::with_chunks(options, memory, CHUNK_BITS)
+    }
+
+    /// The same for what is kept beside positions.
+    pub fn beside(options: &ImportOptions, memory: u64) -> Kept {
+        Kept::with_chunks(options, memory, SMALL_CHUNK_BITS)
     }
 
     fn with_chunks(options: &ImportOptions, memory: u64, chunk_bits: u32) -> Kept {

@@ -15,6 +15,8 @@ pub struct Survey {
     pub vertices: u64,
     /// Those of OBJ and text PLY, of which the import keeps 24 bytes each, for one file at a time.
     pub kept_vertices: u64,
+    /// Those with normals, texture coordinates or colors, which come with the triangles unless these are left out.
+    pub attributed_vertices: u64,
     /// False where counts are estimated.
     pub is_exact: bool,
 }
@@ -38,6 +40,7 @@ pub fn survey(inputs: &[PathBuf]) -> Result<Survey> {
         all.bytes = all.bytes.saturating_add(bytes);
         all.triangles = all.triangles.saturating_add(found.triangles);
         all.vertices = all.vertices.saturating_add(found.vertices);
+        all.attributed_vertices = all.attributed_vertices.saturating_add(found.attributed_vertices);
         all.kept_vertices = all.kept_vertices.saturating_add(found.kept_vertices);
         all.is_exact &= found.is_exact;
     }

@@ -41,6 +41,8 @@ pub(super) struct Primitives<'a> {
 pub(super) struct MeshCounts {
     pub triangles: u64,
     pub vertices: u64,
+    /// Those with normals, texture coordinates or colors.
+    pub attributed_vertices: u64,
     /// Whether some triangles may only lead from one strip to the next, which are left out.
     pub has_strips: bool,
 }
@@ -140,6 +142,10 @@ impl<'a> Primitives<'a> {
             if let Some((positions, corners)) = opened {
                 counts.triangles = counts.triangles.saturating_add(corners.primitive_count());
                 counts.vertices = counts.vertices.saturating_add(Vertices::count(&positions));
+                if primitive.attributes.len() > 1 {
+                    counts.attributed_vertices =
+                        counts.attributed_vertices.saturating_add(Vertices::count(&positions));
+                }
                 counts.has_strips |= corners.mode == Mode::TriangleStrip;
             }
         }

@@ -43,6 +43,7 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
         };
         survey.triangles = survey.triangles.saturating_add(counts.triangles);
         survey.vertices = survey.vertices.saturating_add(counts.vertices);
+        survey.attributed_vertices = survey.attributed_vertices.saturating_add(counts.attributed_vertices);
         survey.is_exact &= !counts.has_strips;
     }
     Ok(survey)

@@ -297,7 +297,8 @@ fn buffers_beyond_four_gibibytes() {
         [SQUARE, SQUARE].concat()
     );
     let bytes = document.to_string().len() as u64;
-    let expected = Survey { bytes, triangles: 4, vertices: 8, kept_vertices: 0, is_exact: true };
+    let expected =
+        Survey { bytes, triangles: 4, vertices: 8, kept_vertices: 0, attributed_vertices: 0, is_exact: true };
     assert_eq!(survey(std::slice::from_ref(&path)).unwrap(), expected);
     file.set_len(view + offset + 59).unwrap();
     assert_eq!(

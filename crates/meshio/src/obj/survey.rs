@@ -18,6 +18,8 @@ const SAMPLE_BYTES: u64 = 1 << 14;
 struct Counts {
     bytes: u64,
     vertices: u64,
+    tex_coords: u64,
+    normals: u64,
     triangles: u64,
 }
 
@@ -44,7 +46,15 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     };
     let vertices = scaled(counts.vertices);
     let triangles = scaled(counts.triangles);
-    Ok(Survey { bytes, triangles, vertices, kept_vertices: vertices, is_exact: false })
+    let (tex_coords, normals) = (scaled(counts.tex_coords), scaled(counts.normals));
+    Ok(Survey {
+        bytes,
+        triangles,
+        vertices,
+        kept_vertices: vertices + tex_coords + normals,
+        attributed_vertices: tex_coords.max(normals),
+        is_exact: false,
+    })
 }
 
 fn read(file: &mut File, start: u64, length: u64) -> io::Result<Vec<u8>> {
@@ -65,6 +75,8 @@ impl Counts {
             let statement = Statement::of(line);
             match statement.keyword {
                 b"v" => self.vertices += 1,
+                b"vt" => self.tex_coords += 1,
+                b"vn" => self.normals += 1,
                 b"f" => {
                     let corners = words(statement.rest).take_while(|word| !word.starts_with(b"#")).count();
                     self.triangles += corners.saturating_sub(2) as u64;

@@ -35,11 +35,11 @@ impl ObjVertices {
         let part = if options.bare { 0 } else { memory / 8 };
         ObjVertices {
             positions: Kept::new(options, memory - 3 * part),
-            tex_coords: Kept::new(options, part),
+            tex_coords: Kept::beside(options, part),
             tex_coord_count: 0,
             tex_coords_before: 0,
             keeps_tex_coords: false,
-            normals: Kept::new(options, 2 * part),
+            normals: Kept::beside(options, 2 * part),
             is_bare: options.bare,
             corners: Vec::new(),
             streams: Streams::NONE,

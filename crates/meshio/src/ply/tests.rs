@@ -204,8 +204,14 @@ fn files_beyond_four_gibibytes() {
     file.write_all(&[&[3][..], &[0, count - 2, count - 1].map(u32::to_le_bytes).concat()].concat()).unwrap();
     let (_, sink) = import_path(&path, &ImportOptions::default()).unwrap();
     assert_eq!(sink.triangles(), [(0, SQUARE[0])]);
-    let expected =
-        Survey { bytes: end + 13, triangles: 1, vertices: count.into(), kept_vertices: 0, is_exact: true };
+    let expected = Survey {
+        bytes: end + 13,
+        triangles: 1,
+        vertices: count.into(),
+        kept_vertices: 0,
+        attributed_vertices: 0,
+        is_exact: true,
+    };
     assert_eq!(survey(&[path]).unwrap(), expected);
 }
 
