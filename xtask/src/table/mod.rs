@@ -3,6 +3,7 @@
 mod basics;
 mod construction;
 mod contestants;
+mod gltf;
 mod hair;
 mod hierarchy;
 mod layout;
@@ -37,6 +38,7 @@ pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "proxy" if !models.is_empty() => proxy::print(models)?,
         "layout" => layout::print(models)?,
         "light" => light::print(root)?,
+        "gltf" => gltf::print(models)?,
         "hair" if !models.is_empty() => hair::print(models)?,
         "massive" => massive::print(models)?,
         "orderings" | "buffer" | "proxy-size" | "io" | "memory-share" | "threads" | "multi-bvh" | "small" => {
@@ -46,7 +48,8 @@ pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
             "usage: cargo xtask table basics MODEL...\n       \
              cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       \
              cargo xtask table light\n       \
-             cargo xtask table hair SCENE...\n       {}\n       {}\n       {}\n       {}",
+             cargo xtask table hair SCENE...\n       {}\n       {}\n       {}\n       {}\n       {}",
+            gltf::USAGE,
             layout::USAGE,
             proxy::USAGE,
             massive::USAGE,
