@@ -3,7 +3,7 @@
 use crate::block::Block;
 use raystrips_geom::{Attributes, Streams};
 use raystrips_pack::page::builder::BuiltPage;
-use raystrips_pack::{AttributeBuilder, AttributeEntry};
+use raystrips_pack::{AttributeBuilder, BlockEntry};
 use raystrips_strips::StripTree;
 
 /// The attributes of triangles in a row.
@@ -51,7 +51,7 @@ impl CornerAttributes {
     }
 
     /// The blocks of the pages of a piece one after the other, and their directory; neither if there are no attributes.
-    pub fn of_pages(&self, built: &StripTree, pages: &[BuiltPage]) -> (Vec<AttributeEntry>, Vec<u8>) {
+    pub fn of_pages(&self, built: &StripTree, pages: &[BuiltPage]) -> (Vec<BlockEntry>, Vec<u8>) {
         let (mut entries, mut bytes) = (Vec::with_capacity(pages.len()), Vec::new());
         let mut sources = built.clusters.iter().flat_map(|c| &c.strips).flat_map(|s| &s.sources);
         for page in pages {
@@ -64,7 +64,7 @@ impl CornerAttributes {
                 builder.triangle(&[0, 1, 2].map(|k| corners[(first + k) % 3]));
             }
             let block = builder.finish();
-            entries.push(AttributeEntry::of(&block));
+            entries.push(BlockEntry::of(&block));
             bytes.extend(block);
         }
         (entries, bytes)

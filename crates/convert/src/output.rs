@@ -225,7 +225,6 @@ impl<'a> Output<'a> {
             self.attributes.read().map_err(ConvertError::Scratch)?,
         ];
         let [directory, blocks] = &mut attributes;
-        let checksums = tiles.as_ref().map(|tiles| tiles.checksums.clone()).unwrap_or_default();
         let contents = PackContents {
             top_nodes: &top.nodes,
             top_entries: &top.entries,
@@ -234,7 +233,7 @@ impl<'a> Output<'a> {
             geometry_bounds,
             proxies: files.iter_mut().map(|(kind, file)| (*kind, file as &mut dyn Read)).collect(),
             attributes: has_attributes.then_some([directory as &mut dyn Read, blocks]),
-            tiles: tiles.as_mut().map(|tiles| (tiles.read(), &checksums[..])),
+            tiles: tiles.as_mut().map(|Tiles { entries, file }| (&entries[..], file as &mut dyn Read)),
         };
         self.writer.finish(self.path, contents).map_err(ConvertError::write(self.path))
     }

@@ -11,7 +11,7 @@ use crate::proxy::{Level, Simplified};
 use crate::strands::{PieceOfStrands, StrandThinning};
 use crate::{ConvertError, ConvertParams};
 use raystrips_geom::{Aabb, RadiusCode};
-use raystrips_pack::{AttributeEntry, Emitter};
+use raystrips_pack::{BlockEntry, Emitter};
 use raystrips_strips::StripTree;
 use std::path::Path;
 
@@ -51,7 +51,7 @@ pub(crate) struct BuiltPiece {
     /// As stored.
     pub ids: Vec<u8>,
     /// Attributes of the pages, and their directory; empty if there are none.
-    pub attributes: (Vec<AttributeEntry>, Vec<u8>),
+    pub attributes: (Vec<BlockEntry>, Vec<u8>),
     /// Vertices that other pieces may have too.
     pub shared_vertices: Vec<Position>,
     /// Vertices that no other piece has.
@@ -122,7 +122,7 @@ fn build_strands(
     }
     // Points that pieces share are counted by the import.
     let (emitters, shared_vertices) = (Vec::new(), Vec::new());
-    let attributes = (vec![AttributeEntry::default(); assembled.pages.len()], Vec::new());
+    let attributes = (vec![BlockEntry::default(); assembled.pages.len()], Vec::new());
     Ok(BuiltPiece { assembled, emitters, ids, attributes, shared_vertices, own_vertices: 0, simplified })
 }
 

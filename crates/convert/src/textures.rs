@@ -1,20 +1,25 @@
 //! Images to tiles of the pack: one after the other, each with all its levels.
 
 use crate::ConvertError;
+use rayon::prelude::*;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::texture::{Level, TEXEL_BYTES, TILE_BYTES, levels, tile_count};
 use raystrips_meshio::{ImageSource, Pixels};
-use raystrips_pack::Shading;
+use raystrips_pack::{BlockEntry, tile_code};
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, Seek, Write};
+
+/// Texels of a tile.
+type Tile = [u8; TILE_BYTES];
 
 /// Least memory for an image and its levels.
 const LEAST_BYTES: u64 = 64 << 20;
 
 /// Tiles of all images of a scene.
 pub(crate) struct Tiles {
-    file: File,
-    pub checksums: Vec<u32>,
+    /// Their codes, one after the other.
+    pub file: File,
+    pub entries: Vec<BlockEntry>,
 }
 
 impl Tiles {
@@ -28,7 +33,7 @@ impl Tiles {
         most_bytes: u64,
         warnings: &mut Vec<String>,
     ) -> Result<Tiles, ConvertError> {
-        let mut checksums = Vec::new();
+        let mut entries = Vec::new();
         let mut out = BufWriter::new(&mut file);
         for (i, (source, image)) in sources.iter().zip(&mut scene.images).enumerate() {
             // The texels, those of the next level, and a row of tiles.
@@ -41,22 +46,18 @@ impl Tiles {
                 }
             };
             (image.width, image.height) = (pixels.width, pixels.height);
-            image.first_tile = checksums.len() as u64;
-            let mut write = |tile: &[u8]| {
-                checksums.push(Shading::tile_checksum(tile));
-                out.write_all(tile)
+            image.first_tile = entries.len() as u64;
+            let mut write = |tiles: &[Tile]| {
+                let codes: Vec<Vec<u8>> = tiles.par_iter().map(|tile| tile_code::encode(tile)).collect();
+                entries.extend(codes.iter().map(|code| BlockEntry::of(code)));
+                codes.iter().try_for_each(|code| out.write_all(code))
             };
             write_image(pixels, image.is_srgb, &mut write).map_err(ConvertError::Scratch)?;
         }
         out.flush().map_err(ConvertError::Scratch)?;
         drop(out);
         file.rewind().map_err(ConvertError::Scratch)?;
-        Ok(Tiles { file, checksums })
-    }
-
-    /// All tiles.
-    pub fn read(&mut self) -> &mut dyn Read {
-        &mut self.file
+        Ok(Tiles { file, entries })
     }
 }
 
@@ -64,12 +65,12 @@ impl Tiles {
 fn write_image(
     mut pixels: Pixels,
     is_srgb: bool,
-    write: &mut impl FnMut(&[u8]) -> io::Result<()>,
+    write: &mut impl FnMut(&[Tile]) -> io::Result<()>,
 ) -> io::Result<()> {
     let linear = Transfer::new(is_srgb);
     let count = tile_count(pixels.width, pixels.height);
     let mut written = 0;
-    let mut tiles: Vec<[u8; TILE_BYTES]> = Vec::new();
+    let mut tiles: Vec<Tile> = Vec::new();
     let mut all = levels(pixels.width, pixels.height).peekable();
     while let Some(level) = all.next() {
         for y in 0..level.height {
@@ -87,7 +88,7 @@ fn write_image(
                 if y + 1 < level.height { Some((level, y + 1)) } else { all.peek().map(|&next| (next, 0)) };
             let next_tile = next.map_or(count, |(level, y)| level.place(0, y).0);
             if next_tile - written >= tiles.len() as u64 || is_last_row {
-                tiles.iter().try_for_each(|tile| write(tile))?;
+                write(&tiles)?;
                 written += tiles.len() as u64;
                 tiles.clear();
             }
@@ -178,9 +179,9 @@ mod tests {
         for (width, height) in [(1, 1), (64, 64), (100, 70), (200, 3), (31, 31)] {
             let texel = |x: u32, y: u32| [x as u8, y as u8, 200, 255];
             let rgba = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
-            let mut tiles: Vec<Vec<u8>> = Vec::new();
-            let mut write = |tile: &[u8]| {
-                tiles.push(tile.to_vec());
+            let mut tiles: Vec<Tile> = Vec::new();
+            let mut write = |row: &[Tile]| {
+                tiles.extend(row);
                 Ok(())
             };
             write_image(Pixels { width, height, rgba }, false, &mut write).unwrap();

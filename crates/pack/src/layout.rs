@@ -100,30 +100,30 @@ pub enum Section {
     FineProxy = 8,
     /// A pack of a scene simplified further; optional.
     CoarseProxy = 9,
-    /// [`AttributeEntry`] for each page; optional.
+    /// [`BlockEntry`] for each page; optional.
     AttributeDirectory = 10,
     /// The blocks that [`Section::AttributeDirectory`] lists, one after the other; optional.
     Attributes = 11,
-    /// Tiles of images, [`TILE_BYTES`](raystrips_geom::texture::TILE_BYTES) each; optional.
-    Tiles = 12,
-    /// CRC-32C of each tile; optional.
-    TileChecksums = 13,
+    /// [`BlockEntry`] for each tile; optional.
+    TileDirectory = 12,
+    /// The codes of tiles of images that [`Section::TileDirectory`] lists, one after the other; optional.
+    Tiles = 13,
 }
 
-/// Directory entry of the attributes of a page.
+/// Directory entry of the attributes of a page or of a tile.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct AttributeEntry {
-    /// Length of the block; 0 if the page has no attributes.
+pub struct BlockEntry {
+    /// Length of the block; 0 if a page has no attributes.
     pub bytes: u32,
     /// CRC-32C of the block.
     pub checksum: u32,
 }
 
-impl AttributeEntry {
+impl BlockEntry {
     /// The entry of a block.
-    pub fn of(block: &[u8]) -> AttributeEntry {
-        AttributeEntry { bytes: block.len() as u32, checksum: crc32c::crc32c(block) }
+    pub fn of(block: &[u8]) -> BlockEntry {
+        BlockEntry { bytes: block.len() as u32, checksum: crc32c::crc32c(block) }
     }
 }
 

@@ -71,7 +71,7 @@ pub struct ByteCounts {
     pub ids: u64,
     /// Attributes of vertices, with their directory.
     pub attributes: u64,
-    /// Tiles of images, with their checksums.
+    /// Tiles of images, with their directory.
     pub textures: u64,
 }
 

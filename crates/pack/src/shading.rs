@@ -1,23 +1,67 @@
 //! Where a pack keeps what shading needs and tracing does not: attributes of vertices, tiles of images.
 
 use crate::PackError;
-use crate::layout::{AttributeEntry, PageId, Section};
+use crate::attributes::check_attributes;
+use crate::layout::{BlockEntry, PageId, Section};
 use crate::sections::Sections;
+use crate::tile_code;
 use raystrips_geom::scene::SceneDesc;
-use raystrips_geom::texture::{MAX_IMAGE_EXTENT, TILE_BYTES, tile_count};
+use raystrips_geom::texture::{Image, MAX_IMAGE_EXTENT, TILE_BYTES, tile_count};
 use std::io::{Read, Seek};
 use std::ops::Range;
 
 /// Places of blocks in the file.
 ///
-/// Memory: 16 bytes a page with attributes, 4 a tile.
+/// Memory: 16 bytes for each page, if any has attributes, and for each tile.
 #[derive(Clone, Debug, Default)]
 pub struct Shading {
-    attributes: Vec<AttributeEntry>,
-    /// Where the block of each page begins.
-    attribute_offsets: Vec<u64>,
-    tiles_offset: u64,
-    tile_checksums: Vec<u32>,
+    /// By page.
+    attributes: Blocks,
+    tiles: Blocks,
+}
+
+/// Blocks that follow each other in a section.
+#[derive(Clone, Debug, Default)]
+struct Blocks {
+    entries: Vec<BlockEntry>,
+    offsets: Vec<u64>,
+}
+
+impl Blocks {
+    fn open<F: Read + Seek>(
+        sections: &mut Sections<F>,
+        directory: Section,
+        blocks: Section,
+    ) -> Result<Blocks, PackError> {
+        let entries: Vec<BlockEntry> = sections.optional_array(directory)?;
+        let place = sections.optional_entry(blocks)?;
+        let (begin, length) = place.map_or((0, 0), |entry| (entry.offset, entry.bytes));
+        let mut end = begin;
+        let mut offset = |entry: &BlockEntry| {
+            let offset = end;
+            end += u64::from(entry.bytes);
+            offset
+        };
+        let offsets = entries.iter().map(&mut offset).collect();
+        if end - begin != length {
+            return Err(PackError::corrupt(format!("{blocks:?} section: not as long as its directory says")));
+        }
+        Ok(Blocks { entries, offsets })
+    }
+
+    fn place(&self, number: usize) -> Range<u64> {
+        let Some(entry) = self.entries.get(number) else { return 0..0 };
+        let begin = self.offsets[number];
+        begin..begin + u64::from(entry.bytes)
+    }
+
+    fn resident_bytes(&self) -> u64 {
+        (size_of_val(&self.entries[..]) + size_of_val(&self.offsets[..])) as u64
+    }
+
+    fn lengths(&self) -> impl Iterator<Item = u64> {
+        self.entries.iter().map(|entry| u64::from(entry.bytes))
+    }
 }
 
 impl Shading {
@@ -26,83 +70,67 @@ impl Shading {
         sections: &mut Sections<F>,
         pages: usize,
     ) -> Result<Shading, PackError> {
-        let wrong = |what: &str| Err(PackError::corrupt(what));
-        let attributes: Vec<AttributeEntry> = sections.optional_array(Section::AttributeDirectory)?;
-        if !attributes.is_empty() && attributes.len() != pages {
-            return wrong("attributes of another number of pages");
+        let attributes = Blocks::open(sections, Section::AttributeDirectory, Section::Attributes)?;
+        let tiles = Blocks::open(sections, Section::TileDirectory, Section::Tiles)?;
+        match attributes.entries.len() {
+            0 => {}
+            count if count == pages => {}
+            _ => return Err(PackError::corrupt("attributes of another number of pages")),
         }
-        let blocks = sections.optional_entry(Section::Attributes)?;
-        let (begin, length) = blocks.map_or((0, 0), |entry| (entry.offset, entry.bytes));
-        let attribute_offsets: Vec<u64> = attributes
-            .iter()
-            .scan(begin, |next, entry| {
-                let offset = *next;
-                *next += u64::from(entry.bytes);
-                Some(offset)
-            })
-            .collect();
-        if attributes.iter().map(|entry| u64::from(entry.bytes)).sum::<u64>() != length {
-            return wrong("attributes are not as long as their directory says");
-        }
-        let tile_checksums: Vec<u32> = sections.optional_array(Section::TileChecksums)?;
-        let tiles = sections.optional_entry(Section::Tiles)?;
-        let (tiles_offset, tile_bytes) = tiles.map_or((0, 0), |entry| (entry.offset, entry.bytes));
-        if Some(tile_bytes) != (tile_checksums.len() as u64).checked_mul(TILE_BYTES as u64) {
-            return wrong("tiles are not as many as their checksums");
-        }
-        Ok(Shading { attributes, attribute_offsets, tiles_offset, tile_checksums })
+        Ok(Shading { attributes, tiles })
     }
 
     /// Checks that images are of tiles that there are, and materials of textures of images.
     pub(crate) fn check(&self, scene: &SceneDesc) -> Result<(), PackError> {
-        let has_tiles = |image: &raystrips_geom::texture::Image| {
-            let is_sized = image.width <= MAX_IMAGE_EXTENT && image.height <= MAX_IMAGE_EXTENT;
-            let end = image.first_tile.checked_add(tile_count(image.width, image.height));
-            is_sized && end.is_some_and(|end| end <= self.tile_checksums.len() as u64)
+        let has_tiles = |image: &Image| {
+            let is_sized = image.width.max(image.height) <= MAX_IMAGE_EXTENT;
+            let end = is_sized.then(|| image.first_tile.checked_add(tile_count(image.width, image.height)));
+            end.flatten().is_some_and(|end| end <= self.tile_count())
         };
         // Packs of proxies have the scene, but not its images.
-        if !self.tile_checksums.is_empty() && !scene.images.iter().all(has_tiles) {
+        if self.tile_count() > 0 && !scene.images.iter().all(has_tiles) {
             return Err(PackError::corrupt("an image lies beyond the tiles"));
         }
         let is_there = |texture: u32| scene.textures.get(texture as usize).is_some();
         let mut named = scene.materials.iter().flat_map(|material| material.textures.all());
-        if !named.all(is_there)
-            || scene.textures.iter().any(|t| t.image as usize >= scene.images.len() || t.tex_coord > 1)
-        {
-            return Err(PackError::corrupt("a texture or an image that is named is not there"));
+        let has_image = |t: &raystrips_geom::texture::Texture| {
+            (t.image as usize) < scene.images.len() && t.tex_coord <= 1
+        };
+        match named.all(is_there) && scene.textures.iter().all(has_image) {
+            true => Ok(()),
+            false => Err(PackError::corrupt("a texture or an image that is named is not there")),
         }
-        Ok(())
     }
 
     /// True if there are neither attributes nor tiles.
     pub fn is_empty(&self) -> bool {
-        self.attributes.is_empty() && self.tile_checksums.is_empty()
+        self.attributes.entries.is_empty() && self.tiles.entries.is_empty()
     }
 
-    /// Bytes of all attributes and tiles.
+    /// Bytes of all attributes and tiles in memory.
     pub fn bytes(&self) -> u64 {
-        let attributes = self.attributes.iter().map(|entry| u64::from(entry.bytes)).sum::<u64>();
-        attributes + self.tile_checksums.len() as u64 * TILE_BYTES as u64
+        self.attributes.lengths().sum::<u64>() + self.tile_bytes()
     }
 
-    /// Bytes of the longest block or tile.
+    /// Bytes of all tiles in memory.
+    pub fn tile_bytes(&self) -> u64 {
+        self.tile_count() * TILE_BYTES as u64
+    }
+
+    /// Bytes in memory of the longest block of attributes, or of a tile.
     pub fn most_block_bytes(&self) -> u64 {
-        let tile = if self.tile_checksums.is_empty() { 0 } else { TILE_BYTES as u64 };
-        self.attributes.iter().map(|entry| u64::from(entry.bytes)).fold(tile, u64::max)
+        let tile = if self.tile_count() > 0 { TILE_BYTES as u64 } else { 0 };
+        self.attributes.lengths().fold(tile, u64::max)
     }
 
     /// Bytes of memory of the directories.
     pub(crate) fn resident_bytes(&self) -> u64 {
-        (size_of_val(&self.attributes[..])
-            + size_of_val(&self.attribute_offsets[..])
-            + size_of_val(&self.tile_checksums[..])) as u64
+        self.attributes.resident_bytes() + self.tiles.resident_bytes()
     }
 
     /// Where the attributes of a page are in the file; empty if it has none.
     pub fn attributes(&self, page: PageId) -> Range<u64> {
-        let Some(entry) = self.attributes.get(page as usize) else { return 0..0 };
-        let begin = self.attribute_offsets[page as usize];
-        begin..begin + u64::from(entry.bytes)
+        self.attributes.place(page as usize)
     }
 
     /// Checks the bytes at [`Shading::attributes`] of a page with so many triangles.
@@ -113,39 +141,33 @@ impl Shading {
         if bytes.is_empty() {
             return Ok(());
         }
-        if crc32c::crc32c(bytes) != self.attributes[page as usize].checksum {
+        if BlockEntry::of(bytes) != self.attributes.entries[page as usize] {
             let what = "attributes: their checksum does not match".into();
             return Err(PackError::CorruptPage { page, what });
         }
-        crate::attributes::check_attributes(bytes, page, triangles)
+        check_attributes(bytes, page, triangles)
     }
 
     /// Number of tiles.
     pub fn tile_count(&self) -> u64 {
-        self.tile_checksums.len() as u64
+        self.tiles.entries.len() as u64
     }
 
-    /// Where a tile is in the file.
+    /// Where the code of a tile is in the file.
     pub fn tile(&self, tile: u64) -> Range<u64> {
-        let begin = self.tiles_offset + tile * TILE_BYTES as u64;
-        begin..begin + TILE_BYTES as u64
+        self.tiles.place(tile as usize)
     }
 
-    /// The checksum that belongs to a tile.
-    pub fn tile_checksum(bytes: &[u8]) -> u32 {
-        crc32c::crc32c(bytes)
-    }
-
-    /// Checks the bytes at [`Shading::tile`].
+    /// The tile whose code is the bytes at [`Shading::tile`].
     ///
     /// # Errors
     /// If they are damaged.
     ///
     /// # Panics
     /// If there is no such tile.
-    pub fn check_tile(&self, bytes: &[u8], tile: u64) -> Result<(), PackError> {
-        match Shading::tile_checksum(bytes) == self.tile_checksums[tile as usize] {
-            true => Ok(()),
+    pub fn decode_tile(&self, bytes: &[u8], tile: u64) -> Result<Vec<u8>, PackError> {
+        match BlockEntry::of(bytes) == self.tiles.entries[tile as usize] {
+            true => tile_code::decode(bytes),
             false => {
                 Err(PackError::corrupt(format!("tile {tile} of the images: its checksum does not match")))
             }

@@ -27,10 +27,10 @@ pub struct PackContents<'a> {
     pub geometry_bounds: &'a [GeometryBounds],
     /// Packs of proxies.
     pub proxies: Vec<(ProxyKind, &'a mut dyn Read)>,
-    /// An [`AttributeEntry`] for each page, and the blocks that they name; `None` if there are no attributes.
+    /// An [`BlockEntry`] for each page, and the blocks that they name; `None` if there are no attributes.
     pub attributes: Option<[&'a mut dyn Read; 2]>,
-    /// Tiles of images, and the checksum of each; `None` if there are none.
-    pub tiles: Option<(&'a mut dyn Read, &'a [u32])>,
+    /// A [`BlockEntry`] for each tile of the images, and the codes that they name; `None` if there are none.
+    pub tiles: Option<(&'a [BlockEntry], &'a mut dyn Read)>,
 }
 
 /// A page without its bytes: what a writer must know of it to go on where another one ended.
@@ -229,11 +229,11 @@ impl PackWriter {
             shading.push(self.section(Section::Attributes, blocks)?);
             self.totals.bytes.attributes = shading.iter().map(|section| section.bytes).sum();
         }
-        if let Some((tiles, checksums)) = contents.tiles {
-            let tiles = self.section(Section::Tiles, tiles)?;
-            let checksums = self.section(Section::TileChecksums, bytemuck::cast_slice(checksums))?;
-            self.totals.bytes.textures = tiles.bytes + checksums.bytes;
-            shading.extend([tiles, checksums]);
+        if let Some((directory, codes)) = contents.tiles {
+            let directory = self.section(Section::TileDirectory, bytemuck::cast_slice(directory))?;
+            let codes = self.section(Section::Tiles, codes)?;
+            self.totals.bytes.textures = directory.bytes + codes.bytes;
+            shading.extend([directory, codes]);
         }
         let manifest = self.totals.encode()?;
         let directory = std::mem::take(&mut self.directory);

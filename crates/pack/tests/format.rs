@@ -67,7 +67,7 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
         record!(VertexCode { anchor, bits, stride, exponent, last }),
         record!(GeometryRun { geometry, end }),
         record!(Emitter { corners, geometry }),
-        record!(AttributeEntry { bytes, checksum }),
+        record!(BlockEntry { bytes, checksum }),
         record!(AttributeHeader { record_count, triangle_count, streams }),
     ]
 }
@@ -179,8 +179,8 @@ fn section_kinds_are_as_described() {
         CoarseProxy,
         AttributeDirectory,
         Attributes,
+        TileDirectory,
         Tiles,
-        TileChecksums,
     ];
     let described = rows(&document(), "### SectionEntry", 1);
     let described: Vec<_> = described.iter().map(|row| (row[0].clone(), plain(&row[1]))).collect();

@@ -23,6 +23,7 @@ pub use visit::Visit;
 use file_bytes::FileBytes;
 use rayon::prelude::*;
 use raystrips_extmem::spare_memory;
+use raystrips_geom::texture::TILE_BYTES;
 use raystrips_pack::{AttributeView, Pack, PackError, PageEntry, PageId, PageView, ProxyKind, check_page};
 use std::fs::File;
 use std::ops::Range;
@@ -42,6 +43,8 @@ pub struct OpenError {
 pub struct PageTable {
     pack: Pack,
     file: FileBytes,
+    /// All tiles of the images.
+    tiles: Vec<u8>,
 }
 
 impl PageTable {
@@ -74,8 +77,9 @@ impl PageTable {
         if bytes.bytes().len() as u64 != pack.file_bytes {
             return Err(PackError::Corrupt("the file changes while it is read".into()));
         }
-        let table = PageTable { pack, file: bytes };
+        let mut table = PageTable { pack, file: bytes, tiles: Vec::new() };
         table.check_pages()?;
+        table.tiles = table.decode_tiles()?;
         Ok(table)
     }
 
@@ -109,7 +113,7 @@ impl PageTable {
     /// # Panics
     /// If there is no such tile.
     pub fn tile(&self, tile: u64) -> &[u8] {
-        self.part(self.pack.shading.tile(tile))
+        &self.tiles[tile as usize * TILE_BYTES..][..TILE_BYTES]
     }
 
     fn part(&self, place: Range<u64>) -> &[u8] {
@@ -136,20 +140,28 @@ impl PageTable {
                 _ => 0,
             });
         first_error.map_or(Ok(()), Err)?;
-        self.check_shading()?;
+        self.check_attributes()?;
         self.pack.check_triangle_ids(self.triangle_ids())
     }
 
-    /// Checks attributes and images.
-    fn check_shading(&self) -> Result<(), PackError> {
+    fn check_attributes(&self) -> Result<(), PackError> {
         let shading = &self.pack.shading;
         let check_page = |(id, entry): (usize, &PageEntry)| {
             let place = shading.attributes(id as PageId);
             shading.check_attributes(self.part(place), id as PageId, entry.triangle_count)
         };
-        self.pack.directory.par_iter().enumerate().try_for_each(check_page)?;
-        (0..shading.tile_count())
-            .into_par_iter()
-            .try_for_each(|tile| shading.check_tile(self.part(shading.tile(tile)), tile))
+        self.pack.directory.par_iter().enumerate().try_for_each(check_page)
+    }
+
+    fn decode_tiles(&self) -> Result<Vec<u8>, PackError> {
+        let shading = &self.pack.shading;
+        let mut tiles = vec![0; shading.tile_bytes() as usize];
+        let decode = |(number, tile): (usize, &mut [u8])| -> Result<(), PackError> {
+            let number = number as u64;
+            tile.copy_from_slice(&shading.decode_tile(self.part(shading.tile(number)), number)?);
+            Ok(())
+        };
+        tiles.par_chunks_mut(TILE_BYTES).enumerate().try_for_each(decode)?;
+        Ok(tiles)
     }
 }

@@ -60,19 +60,22 @@ impl SideBlocks {
     /// The attributes of a page; empty if it has none.
     pub fn attributes(&self, pack: &Pack, page: PageId) -> Result<Arc<[u8]>, OpenError> {
         let triangles = pack.directory[page as usize].triangle_count;
-        self.get(Key::Attributes(page), pack, |bytes| pack.shading.check_attributes(bytes, page, triangles))
+        self.get(Key::Attributes(page), pack, |bytes| {
+            pack.shading.check_attributes(bytes, page, triangles)?;
+            Ok(bytes.into())
+        })
     }
 
     /// A tile, which must exist.
     pub fn tile(&self, pack: &Pack, tile: u64) -> Result<Arc<[u8]>, OpenError> {
-        self.get(Key::Tile(tile), pack, |bytes| pack.shading.check_tile(bytes, tile))
+        self.get(Key::Tile(tile), pack, |bytes| Ok(pack.shading.decode_tile(bytes, tile)?.into()))
     }
 
     fn get(
         &self,
         key: Key,
         pack: &Pack,
-        check: impl Fn(&[u8]) -> Result<(), PackError>,
+        checked: impl Fn(&[u8]) -> Result<Arc<[u8]>, PackError>,
     ) -> Result<Arc<[u8]>, OpenError> {
         let (shard, place) = match key {
             Key::Attributes(page) => (u64::from(page) % SHARDS, pack.shading.attributes(page)),
@@ -85,8 +88,7 @@ impl SideBlocks {
         }
         let error = |source| OpenError { path: self.path.clone(), source };
         let bytes = self.file.read(place, &mut shard.buffer).map_err(|e| error(e.into()))?;
-        check(bytes).map_err(error)?;
-        let bytes: Arc<[u8]> = bytes.into();
+        let bytes = checked(bytes).map_err(error)?;
         shard.make_room(bytes.len() as u64 + ENTRY_BYTES, self.most_bytes);
         shard.bytes += bytes.len() as u64 + ENTRY_BYTES;
         shard.order.push_back(key);

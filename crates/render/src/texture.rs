@@ -1,7 +1,7 @@
 //! Looking up textures: of the level whose texels are as large as the place that is looked at, bilinear within levels and
 //! linear between two.
 
-use crate::world::World;
+use crate::world::{Tile, World};
 use glam::{Vec2, Vec4};
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::texture::{Level, TEXEL_BYTES, Texture, Wrap, levels};
@@ -97,7 +97,7 @@ impl Textures {
         let along = |x: f32, extent: u32, wrap| wrapped(texel_number(x * extent as f32), extent, wrap);
         let [u, v] = ready.texture.wrap;
         let [x, y] = [along(place.x, level.width, u), along(place.y, level.height, v)];
-        self.texel(world, ready, level, x, y)
+        self.texel(world, ready, level, [x, y], &mut None)
     }
 
     fn bilinear(
@@ -116,22 +116,27 @@ impl Textures {
         };
         let (x0, x1, across) = pair(place.x, level.width, wrap_x);
         let (y0, y1, down) = pair(place.y, level.height, wrap_y);
-        let texel = |x, y| self.texel(world, ready, level, x, y);
+        let mut tile = None;
+        let mut texel = |x, y| self.texel(world, ready, level, [x, y], &mut tile);
         let upper = texel(x0, y0)?.lerp(texel(x1, y0)?, across);
         let lower = texel(x0, y1)?.lerp(texel(x1, y1)?, across);
         Ok(upper.lerp(lower, down))
     }
 
-    fn texel(
+    /// A texel; `last` is the tile that was looked at before, which is mostly the same one.
+    fn texel<'w>(
         &self,
-        world: &dyn World,
+        world: &'w dyn World,
         ready: &ReadyTexture,
         level: &Level,
-        x: u32,
-        y: u32,
+        [x, y]: [u32; 2],
+        last: &mut Option<(u64, Tile<'w>)>,
     ) -> Result<Vec4, OpenError> {
-        let (tile, texel) = level.place(x, y);
-        let tile = world.tile(ready.first_tile + tile)?;
+        let (number, texel) = level.place(x, y);
+        let tile = match last {
+            Some((known, tile)) if *known == number => &*tile,
+            _ => &last.insert((number, world.tile(ready.first_tile + number)?)).1,
+        };
         let [red, green, blue, opacity] = [0, 1, 2, 3].map(|channel| tile[texel * TEXEL_BYTES + channel]);
         let share = |code: u8| f32::from(code) / 255.0;
         let color = |code: u8| if ready.is_srgb { self.linear[usize::from(code)] } else { share(code) };

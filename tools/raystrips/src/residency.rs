@@ -73,7 +73,8 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs) + proxy_bytes + photon_bytes;
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
     let rays = if matches!(reorder, ReorderName::None | ReorderName::Auto) { 0 } else { LEAST_RAY_BYTES };
-    let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + pack.file_bytes + rays;
+    let in_memory = pack.file_bytes + pack.shading.tile_bytes();
+    let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + in_memory + rays;
     let for_rays = |bytes: u64| ((bytes as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
     let is_whole = match reorder {
         ReorderName::Queues | ReorderName::Chunks => false,

@@ -15,7 +15,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("layout", &["geom"]),
     ("pack", &["geom"]),
     ("convert", &["geom", "extmem", "meshio", "strips", "simplify", "layout", "pack"]),
-    ("paging", &["extmem", "pack"]),
+    ("paging", &["geom", "extmem", "pack"]),
     ("tracer", &["geom", "pack", "paging"]),
     ("reorder", &["geom", "extmem"]),
     ("render", &["geom", "extmem", "tracer", "reorder"]),

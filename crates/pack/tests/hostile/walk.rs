@@ -44,7 +44,7 @@ pub fn open_all(file: &[u8]) -> Result<Opened, PackError> {
         )?;
     }
     (0..pack.shading.tile_count())
-        .try_for_each(|tile| pack.shading.check_tile(part(file, pack.shading.tile(tile)), tile))?;
+        .try_for_each(|tile| pack.shading.decode_tile(part(file, pack.shading.tile(tile)), tile).map(drop))?;
     let (offset, bytes) = pack.triangle_ids();
     pack.check_triangle_ids(&file[offset as usize..(offset + bytes) as usize])?;
     Ok(Opened { pack, pages })

@@ -12,8 +12,8 @@ use raystrips_geom::{Aabb, Attributes, RadiusCode, Streams};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
-    AttributeBuilder, AttributeEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents,
-    PackWriter, PageBuilder, ProxyKind, Shading, TopEntry,
+    AttributeBuilder, BlockEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents,
+    PackWriter, PageBuilder, ProxyKind, TopEntry, tile_code,
 };
 use std::io::Read;
 use std::ops::Range;
@@ -45,10 +45,12 @@ pub fn write_with(
     let emitter = Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 };
     let mut proxies = proxies.to_vec();
     let block = attributes(first.triangle_count);
-    let entry = AttributeEntry::of(&block);
-    let entries = [entry, AttributeEntry::default()];
+    let entry = BlockEntry::of(&block);
+    let entries = [entry, BlockEntry::default()];
     let tiles: Vec<u8> = (0..TILE_BYTES * tile_count(40, 3) as usize).map(|i| i as u8).collect();
-    let checksums: Vec<u32> = tiles.chunks(TILE_BYTES).map(Shading::tile_checksum).collect();
+    let codes: Vec<Vec<u8>> = tiles.chunks(TILE_BYTES).map(tile_code::encode).collect();
+    let tile_entries: Vec<BlockEntry> = codes.iter().map(|code| BlockEntry::of(code)).collect();
+    let codes = codes.concat();
     let contents = PackContents {
         top_nodes: &top_nodes,
         top_entries: &top_entries,
@@ -56,7 +58,7 @@ pub fn write_with(
         triangle_ids: &mut ids.as_slice(),
         geometry_bounds,
         attributes: Some([&mut bytemuck::cast_slice(&entries), &mut block.as_slice()]),
-        tiles: Some((&mut tiles.as_slice(), &checksums)),
+        tiles: Some((&tile_entries, &mut codes.as_slice())),
         proxies: proxies.iter_mut().map(|(kind, bytes)| (*kind, bytes as &mut dyn Read)).collect(),
     };
     let (manifest, _) = writer.finish(path, contents).unwrap();
