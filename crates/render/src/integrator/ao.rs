@@ -1,6 +1,6 @@
 //! Ambient occlusion.
 
-use super::Shader;
+use super::{Shader, past_what_is_not_there};
 use crate::{
     camera::CameraPaths,
     interaction::SurfaceInteraction,
@@ -35,7 +35,7 @@ impl Shader for AmbientOcclusion {
     fn shade(
         &self,
         path: &mut Path,
-        _ray: &Ray,
+        ray: &Ray,
         hit: Option<&SurfaceInteraction>,
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
@@ -43,6 +43,9 @@ impl Shader for AmbientOcclusion {
             out.add(path, Vec3::ONE);
             return None;
         };
+        if let Some(ray) = past_what_is_not_there(path, ray, hit) {
+            return Some(ray);
+        }
         out.add_first_hit(path, hit);
         let (dir, _) = cosine_hemisphere(hit.n, path.sampler.get_2d(PAIR_DIRECTION));
         let ray = Ray { tfar: self.radius, ..hit.point.spawn(hit.n, dir) };

@@ -32,6 +32,17 @@ pub(crate) fn follow(
     if path.is_shadow() { shadow::go_on(path, ray, hit, out) } else { shader.shade(path, ray, hit, out) }
 }
 
+/// The same ray behind a place that a texture cuts out, for integrators that take all else as opaque.
+fn past_what_is_not_there(path: &mut Path, ray: &Ray, hit: &SurfaceInteraction) -> Option<Ray> {
+    let is_there = hit.alpha > 0.0 || path.passed == MAX_PASSED;
+    if is_there {
+        return None;
+    }
+    path.segment += 1;
+    path.passed += 1;
+    Some(hit.spawn(ray.dir, true))
+}
+
 /// How paths begin and go on.
 pub(crate) trait Shader: Sync {
     /// The beginning of the path of a sample of the pixel at (x, y), which is counted to number `pixel` of a film.

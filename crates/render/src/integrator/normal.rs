@@ -1,6 +1,6 @@
 //! Normals as colors.
 
-use super::Shader;
+use super::{Shader, past_what_is_not_there};
 use crate::{
     camera::CameraPaths,
     interaction::SurfaceInteraction,
@@ -21,11 +21,14 @@ impl Shader for Normals {
     fn shade(
         &self,
         path: &mut Path,
-        _ray: &Ray,
+        ray: &Ray,
         hit: Option<&SurfaceInteraction>,
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
         let hit = hit?;
+        if let Some(ray) = past_what_is_not_there(path, ray, hit) {
+            return Some(ray);
+        }
         out.add_first_hit(path, hit);
         out.add(path, hit.shading_n * 0.5 + 0.5);
         None
