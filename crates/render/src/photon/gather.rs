@@ -76,6 +76,9 @@ impl<'a> Gather<'a> {
             if path.bounces == 0 {
                 out.add_first_hit(path, hit);
             }
+        }
+        // Lamps with a texture send out no photons, but are found by rays that gather.
+        if is_seen || !hit.material.is_lamp {
             out.add(path, path.throughput * hit.material.emitted(hit.front));
         }
         if bsdf.is_diffuse() {
