@@ -72,8 +72,7 @@ fn the_first_row_of_a_texture_is_up_in_obj() {
     let full = folder.run("info a.rsp --json").json();
     assert!(bare["bytes"]["attributes"] == 0 && bare["bytes"]["textures"] == 0, "{bare}");
     assert!(
-        full["bytes"]["attributes"].as_u64() > Some(40)
-            && full["bytes"]["textures"].as_u64() > Some(500)
+        full["bytes"]["attributes"].as_u64() > Some(40) && full["bytes"]["textures"].as_u64() > Some(500)
     );
     assert_eq!(bare["bytes_per_triangle"], full["bytes_per_triangle"]);
 }

@@ -52,12 +52,20 @@ impl CornerAttributes {
 
     /// The blocks of the pages of a piece one after the other, and their directory; neither if there are no attributes.
     pub fn of_pages(&self, built: &StripTree, pages: &[BuiltPage]) -> (Vec<BlockEntry>, Vec<u8>) {
+        if self.triangles.is_empty() {
+            return (vec![BlockEntry::default(); pages.len()], Vec::new());
+        }
         let (mut entries, mut bytes) = (Vec::with_capacity(pages.len()), Vec::new());
         let mut sources = built.clusters.iter().flat_map(|c| &c.strips).flat_map(|s| &s.sources);
         for page in pages {
             let sources: Vec<_> = sources.by_ref().take(page.triangle_count as usize).collect();
             let streams = sources.iter().map(|source| self.streams(source.triangle as usize));
-            let mut builder = AttributeBuilder::new(streams.fold(Streams::NONE, Streams::union));
+            let streams = streams.fold(Streams::NONE, Streams::union);
+            if streams.is_empty() {
+                entries.push(BlockEntry::default());
+                continue;
+            }
+            let mut builder = AttributeBuilder::new(streams);
             for source in sources {
                 let corners = self.corners(source.triangle as usize);
                 let first = usize::from(source.first_corner);

@@ -20,7 +20,7 @@ pub struct AttributeBuilder {
 }
 
 impl AttributeBuilder {
-    /// A block of records with these streams.
+    /// A block of records with these streams, at least one.
     pub fn new(streams: Streams) -> AttributeBuilder {
         AttributeBuilder { streams, ..AttributeBuilder::default() }
     }
@@ -39,11 +39,8 @@ impl AttributeBuilder {
         }
     }
 
-    /// The bytes of the block; none if the triangles have no attributes.
+    /// The bytes of the block.
     pub fn finish(self) -> Vec<u8> {
-        if self.streams.is_empty() {
-            return Vec::new();
-        }
         let header = AttributeHeader {
             record_count: self.numbers.len() as u32,
             triangle_count: (self.corners.len() / 3) as u32,
@@ -153,9 +150,7 @@ mod tests {
             let view = AttributeView::new(&bytes).unwrap();
             assert!((0..count).all(|i| view.triangle(i as usize) == triangle(i)));
         }
-        let mut none = AttributeBuilder::new(Streams::NONE);
-        none.triangle(&[corner(0); 3]);
-        assert!(none.finish().is_empty() && AttributeView::new(&[]).is_none());
+        assert!(AttributeView::new(&[]).is_none());
     }
 
     #[test]
