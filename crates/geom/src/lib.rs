@@ -5,6 +5,7 @@
 
 pub mod aabb;
 pub mod attributes;
+pub mod chance;
 pub mod curve;
 pub mod frame;
 pub mod grid;
@@ -17,6 +18,7 @@ pub mod texture;
 
 pub use aabb::Aabb;
 pub use attributes::{Attributes, Streams};
+pub use chance::chance;
 pub use frame::Frame;
 pub use grid::{NodeGrid, PageGrid, Subgrid};
 pub use ray::{Hit, Ray};

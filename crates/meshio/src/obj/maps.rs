@@ -143,18 +143,16 @@ fn word<'a>(rest: &mut &'a [u8]) -> &'a [u8] {
 
 /// Up to three numbers, of which two matter, in place of the `plain` ones.
 fn numbers(rest: &mut &[u8], plain: [f32; 2]) -> [f32; 2] {
-    let mut values = plain;
-    for i in 0..3 {
+    let mut values = [plain[0], plain[1], 0.0];
+    for value in &mut values {
         let mut after = *rest;
-        let Some(value) = parse_f64(word(&mut after)).map(|x| x as f32).filter(|x| x.is_finite()) else {
+        let Some(found) = parse_f64(word(&mut after)).map(|x| x as f32).filter(|x| x.is_finite()) else {
             break;
         };
-        if i < 2 {
-            values[i] = value;
-        }
+        *value = found;
         *rest = after;
     }
-    values
+    [values[0], values[1]]
 }
 
 #[cfg(test)]

@@ -72,10 +72,8 @@ impl<'a> Gather<'a> {
     ) -> Option<Ray> {
         let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
         let is_seen = path.scatter_pdf.is_none();
-        if is_seen {
-            if path.bounces == 0 {
-                out.add_first_hit(path, hit);
-            }
+        if is_seen && path.bounces == 0 {
+            out.add_first_hit(path, hit);
         }
         // Lamps with a texture send out no photons, but are found by rays that gather.
         if is_seen || !hit.material.is_lamp {
