@@ -31,7 +31,7 @@ enum Record {
     Files(Vec<FileStamp>),
     /// Where scratch files are, if not beside the pack.
     Scratch(PathBuf),
-    Imported(Imported),
+    Imported(Box<Imported>),
     /// The triangles of the import are being consumed.
     ImportGone,
     Gathered(GatheredRecord),
@@ -90,7 +90,7 @@ impl Found {
         match record {
             Record::Files(files) => self.files = files,
             Record::Scratch(path) => self.scratch = Some(path),
-            Record::Imported(imported) => self.imported = Some(imported),
+            Record::Imported(imported) => self.imported = Some(*imported),
             Record::ImportGone => self.imported = None,
             Record::Gathered(gathered) => self.gathered = Some(gathered),
             // A piece after one that is not known is of no use.
@@ -208,7 +208,7 @@ impl Job {
     /// Notes which files were read, and the import, if it is on disk.
     pub fn note_import(&mut self, imported: &Imported, spool: &Spool) -> Result<(), ConvertError> {
         self.append(&Record::Files(imported.files.clone()))?;
-        self.note_synced(&[spool], || vec![Record::Imported(imported.clone())])
+        self.note_synced(&[spool], || vec![Record::Imported(Box::new(imported.clone()))])
     }
 
     /// Notes that the triangles of the import are going to be consumed.
@@ -246,7 +246,7 @@ impl Job {
                 strands: gathered.strands.as_ref().map(PiecesRecord::of),
             };
             // All but the triangles of the import is still needed.
-            vec![Record::Imported(imported.clone()), Record::Gathered(record)]
+            vec![Record::Imported(Box::new(imported.clone())), Record::Gathered(record)]
         })
     }
 
