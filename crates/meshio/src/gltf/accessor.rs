@@ -6,6 +6,7 @@ use super::{syntax, unsupported};
 use crate::Result;
 use crate::emit::Vertices;
 use crate::resident::Resident;
+use gltf::json::Accessor as JsonAccessor;
 use gltf::json::accessor::{ComponentType, GenericComponentType, IndexComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
 use std::path::Path;
@@ -53,22 +54,8 @@ impl<'a> Accessor<'a> {
         kind: Type,
         at: &str,
     ) -> Result<Accessor<'a>> {
-        let accessor = entry(&document.accessors, index, path, at)?;
+        let (accessor, component) = json(path, document, index, kind, at)?;
         let at = format!("accessors[{index}]");
-        let Checked::Valid(GenericComponentType(component)) = accessor.component_type else {
-            return Err(unsupported(
-                path,
-                format_args!("{at}.componentType"),
-                "is none of glTF 2.0; export again",
-            ));
-        };
-        if !matches!(accessor.type_, Checked::Valid(found) if found == kind) {
-            return Err(syntax(
-                path,
-                format_args!("{at}.type"),
-                format_args!("must be {kind:?} here; export again"),
-            ));
-        }
         let count = accessor.count.0;
         let checked = Check { path, buffers, width: kind.multiplicity() };
         let elements = match &accessor.buffer_view {
@@ -89,6 +76,52 @@ impl<'a> Accessor<'a> {
         Ok(Accessor { buffers, elements, resident, normalized, width, sparse })
     }
 
+    /// An accessor of elements of `width` components that lie behind each other.
+    pub fn of_bytes(
+        buffers: &'a Buffers<'a>,
+        bytes: &'a [u8],
+        width: usize,
+        component: ComponentType,
+        normalized: bool,
+    ) -> Accessor<'a> {
+        let stride = width * component.size();
+        let count = (bytes.len() / stride.max(1)) as u64;
+        let elements = Elements { bytes, stride, count, component };
+        let resident = Resident::new(bytes, buffers.max_resident);
+        Accessor { buffers, elements, resident, normalized, width, sparse: None }
+    }
+
+    /// The elements that an accessor lists, which `at` names. Does not decompress them.
+    pub fn count_of(
+        path: &Path,
+        document: &Document,
+        buffers: &'a Buffers<'a>,
+        index: usize,
+        kind: Type,
+        at: &str,
+    ) -> Result<u64> {
+        let (accessor, component) = json(path, document, index, kind, at)?;
+        let (at, count) = (format!("accessors[{index}]"), accessor.count.0);
+        if let Some(view) = &accessor.buffer_view
+            && let Some(length) = buffers.compressed_length(view.value(), &format!("{at}.bufferView"))?
+        {
+            let stride = document.buffer_views[view.value()].byte_stride.map(|stride| stride.0);
+            let checked = Check { path, buffers, width: kind.multiplicity() };
+            let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+            checked.stride(
+                view.value(),
+                length,
+                stride.filter(|&s| s != 0),
+                offset,
+                count,
+                component,
+                &at,
+            )?;
+            return Ok(count);
+        }
+        Ok(Accessor::new(path, document, buffers, index, kind, &at)?.count())
+    }
+
     pub fn count(&self) -> u64 {
         self.elements.count
     }
@@ -102,44 +135,28 @@ impl<'a> Accessor<'a> {
         self.width
     }
 
+    pub fn is_normalized(&self) -> bool {
+        self.normalized
+    }
+
+    /// Whether its length is a mere claim: all elements are zero, or nearly all.
+    pub fn is_without_bytes(&self) -> bool {
+        self.elements.bytes.is_empty() && self.elements.count > 0
+    }
+
     /// The components of element `i`, at most four; zero where it has fewer.
     pub fn element(&self, i: u64) -> [f64; 4] {
         match self.width {
-            2 => self.components::<2>(i, [0.0; 4]),
-            3 => self.components::<3>(i, [0.0; 4]),
-            _ => self.components::<4>(i, [0.0; 4]),
-        }
-    }
-
-    /// The first components of element `i`, which must have as many, in place of those of `all`.
-    #[inline]
-    fn components<const WIDTH: usize>(&self, i: u64, mut all: [f64; 4]) -> [f64; 4] {
-        let (elements, i) = self.locate(i);
-        if elements.bytes.is_empty() {
-            return all;
-        }
-        let offset = i as usize * elements.stride;
-        // Values of sparse accessors count as if they were elsewhere: they are few.
-        if !self.resident.touch(offset) {
-            self.release();
-        }
-        let element = &elements.bytes[offset..];
-        let values: [f64; WIDTH] = match elements.component {
-            ComponentType::F32 => read::<4, WIDTH>(element, |b| f64::from(f32::from_le_bytes(b))),
-            ComponentType::U32 => read::<4, WIDTH>(element, |b| f64::from(u32::from_le_bytes(b))),
-            ComponentType::U16 => {
-                read::<2, WIDTH>(element, |b| self.scaled(u16::from_le_bytes(b).into(), u16::MAX.into()))
+            2 => {
+                let [x, y] = self.components(i);
+                [x, y, 0.0, 0.0]
             }
-            ComponentType::I16 => {
-                read::<2, WIDTH>(element, |b| self.scaled(i16::from_le_bytes(b).into(), i16::MAX.into()))
+            3 => {
+                let [x, y, z] = self.components(i);
+                [x, y, z, 0.0]
             }
-            ComponentType::U8 => read::<1, WIDTH>(element, |[b]| self.scaled(b.into(), u8::MAX.into())),
-            ComponentType::I8 => {
-                read::<1, WIDTH>(element, |[b]| self.scaled((b as i8).into(), i8::MAX.into()))
-            }
-        };
-        all[..WIDTH].copy_from_slice(&values);
-        all
+            _ => self.components(i),
+        }
     }
 
     /// An element of an accessor of type SCALAR with unsigned components.
@@ -169,8 +186,7 @@ impl Vertices for Accessor<'_> {
 
     #[inline]
     fn position(&self, index: u32) -> [f64; 3] {
-        let [x, y, z, _] = self.components::<3>(u64::from(index), [0.0; 4]);
-        [x, y, z]
+        self.components(u64::from(index))
     }
 
     fn release(&self) {
@@ -180,6 +196,33 @@ impl Vertices for Accessor<'_> {
 }
 
 impl Accessor<'_> {
+    /// The first `N` components of element `i`, which must have as many.
+    #[inline]
+    pub fn components<const N: usize>(&self, i: u64) -> [f64; N] {
+        let (elements, i) = self.locate(i);
+        if elements.bytes.is_empty() {
+            return [0.0; N];
+        }
+        let offset = i as usize * elements.stride;
+        // Values of sparse accessors count as if they were elsewhere: they are few.
+        if !self.resident.touch(offset) {
+            self.release();
+        }
+        let element = &elements.bytes[offset..];
+        match elements.component {
+            ComponentType::F32 => read::<4, N>(element, |b| f64::from(f32::from_le_bytes(b))),
+            ComponentType::U32 => read::<4, N>(element, |b| f64::from(u32::from_le_bytes(b))),
+            ComponentType::U16 => {
+                read::<2, N>(element, |b| self.scaled(u16::from_le_bytes(b).into(), u16::MAX.into()))
+            }
+            ComponentType::I16 => {
+                read::<2, N>(element, |b| self.scaled(i16::from_le_bytes(b).into(), i16::MAX.into()))
+            }
+            ComponentType::U8 => read::<1, N>(element, |[b]| self.scaled(b.into(), u8::MAX.into())),
+            ComponentType::I8 => read::<1, N>(element, |[b]| self.scaled((b as i8).into(), i8::MAX.into())),
+        }
+    }
+
     /// Normalized integers stand for -1 to 1; the least integer is one less than -1 needs.
     #[inline]
     fn scaled(&self, value: f64, max: f64) -> f64 {
@@ -188,8 +231,35 @@ impl Accessor<'_> {
 }
 
 #[inline]
-fn read<const N: usize, const WIDTH: usize>(element: &[u8], decode: impl Fn([u8; N]) -> f64) -> [f64; WIDTH] {
-    std::array::from_fn(|axis| decode(std::array::from_fn(|byte| element[axis * N + byte])))
+fn read<const BYTES: usize, const N: usize>(element: &[u8], decode: impl Fn([u8; BYTES]) -> f64) -> [f64; N] {
+    std::array::from_fn(|component| decode(std::array::from_fn(|byte| element[component * BYTES + byte])))
+}
+
+/// What the document says of an accessor that the place `at` names, and the type of its components.
+fn json<'a>(
+    path: &Path,
+    document: &'a Document,
+    index: usize,
+    kind: Type,
+    at: &str,
+) -> Result<(&'a JsonAccessor, ComponentType)> {
+    let accessor = entry(&document.accessors, index, path, at)?;
+    let at = format!("accessors[{index}]");
+    let Checked::Valid(GenericComponentType(component)) = accessor.component_type else {
+        return Err(unsupported(
+            path,
+            format_args!("{at}.componentType"),
+            "is none of glTF 2.0; export again",
+        ));
+    };
+    if !matches!(accessor.type_, Checked::Valid(found) if found == kind) {
+        return Err(syntax(
+            path,
+            format_args!("{at}.type"),
+            format_args!("must be {kind:?} here; export again"),
+        ));
+    }
+    Ok((accessor, component))
 }
 
 impl Elements<'_> {
@@ -240,6 +310,22 @@ impl<'a> Check<'a, '_> {
         at: &str,
     ) -> Result<Elements<'a>> {
         let (bytes, stride) = self.buffers.view(view, &format!("{at}.bufferView"))?;
+        let stride = self.stride(view, bytes.len() as u64, stride, offset, count, component, at)?;
+        Ok(Elements { bytes: &bytes[(offset as usize).min(bytes.len())..], stride, count, component })
+    }
+
+    /// The distance of elements, if all of them fit into a view of `length` bytes.
+    #[expect(clippy::too_many_arguments, reason = "all that views and accessors say")]
+    fn stride(
+        &self,
+        view: usize,
+        length: u64,
+        stride: Option<usize>,
+        offset: u64,
+        count: u64,
+        component: ComponentType,
+        at: &str,
+    ) -> Result<usize> {
         let size = self.width * component.size();
         let stride = stride.unwrap_or(size);
         if stride < size {
@@ -252,15 +338,14 @@ impl<'a> Check<'a, '_> {
             _ => (count - 1).checked_mul(stride as u64).and_then(|bytes| bytes.checked_add(size as u64)),
         };
         let end = needed.and_then(|needed| needed.checked_add(offset));
-        if end.is_none_or(|end| end > bytes.len() as u64) {
+        if end.is_none_or(|end| end > length) {
             let what = format!(
-                "has {count} elements from byte {offset} on, more than the {} bytes of bufferViews[{view}] hold; \
-                 export the file again",
-                bytes.len()
+                "has {count} elements from byte {offset} on, more than the {length} bytes of bufferViews[{view}] \
+                 hold; export the file again"
             );
             return Err(syntax(self.path, at, what));
         }
-        Ok(Elements { bytes: &bytes[(offset as usize).min(bytes.len())..], stride, count, component })
+        Ok(stride)
     }
 
     fn replaced(&self, sparse: &Sparse, base: Elements, at: &str) -> Result<Replaced<'a>> {

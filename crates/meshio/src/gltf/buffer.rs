@@ -1,10 +1,13 @@
 //! Buffers: inside the `.glb`, in files of their own, or written into the JSON.
 
+use super::decoded::{Decoded, Store};
 use super::document::{Document, entry};
+use super::draco::Decompressed;
+use super::meshopt::Compressed;
 use super::syntax;
 use crate::map::Map;
 use crate::reference::{percent_decoded, resolve};
-use crate::{ImageSource, ImportError, Result};
+use crate::{ImageSource, ImportError, ImportOptions, Result};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +18,14 @@ pub(super) struct Buffers<'a> {
     file: &'a Map,
     binary: Option<&'a [u8]>,
     opened: Vec<OnceCell<Opened>>,
-    /// Bytes of positions that may be in memory.
+    store: Store,
+    /// Views that were compressed.
+    decompressed: Vec<OnceCell<Decoded>>,
+    /// Views that are compressed meshes.
+    draco: Vec<OnceCell<Box<Decompressed>>>,
+    /// Bytes that a mesh of its own codec may take.
+    max_mesh: u64,
+    /// Bytes that an accessor may have in memory.
     pub max_resident: u64,
 }
 
@@ -23,7 +33,7 @@ enum Opened {
     /// The binary chunk of the file itself.
     Chunk,
     File(PathBuf, Map),
-    Decoded(Vec<u8>),
+    Inline(Vec<u8>),
 }
 
 impl<'a> Buffers<'a> {
@@ -32,30 +42,93 @@ impl<'a> Buffers<'a> {
         document: &'a Document,
         file: &'a Map,
         binary: Option<&'a [u8]>,
-        max_resident: u64,
+        options: &ImportOptions,
     ) -> Buffers<'a> {
         let opened = document.buffers.iter().map(|_| OnceCell::new()).collect();
-        Buffers { path, document, file, binary, opened, max_resident }
+        let decompressed = document.buffer_views.iter().map(|_| OnceCell::new()).collect();
+        let draco = document.buffer_views.iter().map(|_| OnceCell::new()).collect();
+        let decoded_bytes = if document.is_compressed() { options.kept_bytes / 2 } else { 0 };
+        // Positions and three kinds of attributes may be read at a time.
+        let at_a_time = if options.bare { 1 } else { 4 };
+        Buffers {
+            path,
+            document,
+            file,
+            binary,
+            opened,
+            store: Store::new(options, decoded_bytes),
+            decompressed,
+            draco,
+            max_mesh: decoded_bytes,
+            max_resident: (options.kept_bytes - decoded_bytes) / at_a_time,
+        }
     }
 
     /// The bytes of a view and its stride.
     pub fn view(&self, view: usize, at: &str) -> Result<(&[u8], Option<usize>)> {
-        let entry_of_view = entry(&self.document.buffer_views, view, self.path, at)?;
+        let json = entry(&self.document.buffer_views, view, self.path, at)?;
+        let bytes = match Compressed::of(self.path, view, json)? {
+            Some(compressed) => self.decompressed(view, &compressed)?,
+            None => {
+                let (buffer, offset) = (json.buffer.value(), json.byte_offset.map_or(0, |offset| offset.0));
+                self.range(buffer, offset, json.byte_length.0, &format!("bufferViews[{view}]"))?
+            }
+        };
+        // Zero means the same as nothing to some writers.
+        Ok((bytes, json.byte_stride.map(|stride| stride.0).filter(|&stride| stride != 0)))
+    }
+
+    /// The bytes of a compressed view once it is decompressed: how many it promises, found without doing so.
+    pub fn compressed_length(&self, view: usize, at: &str) -> Result<Option<u64>> {
+        let json = entry(&self.document.buffer_views, view, self.path, at)?;
+        let Some(compressed) = Compressed::of(self.path, view, json)? else { return Ok(None) };
+        let (buffer, offset, length) = compressed.source();
+        compressed.check(self.range(buffer, offset, length, compressed.at())?)?;
+        Ok(Some(compressed.length() as u64))
+    }
+
+    /// The mesh that a view holds, which the place `at` names.
+    pub fn draco(&self, view: usize, at: &str) -> Result<&Decompressed> {
+        let (source, _) = self.view(view, at)?;
+        let cell = &self.draco[view];
+        if let Some(mesh) = cell.get() {
+            return Ok(mesh);
+        }
         let at = format!("bufferViews[{view}]");
-        let bytes = self.bytes(entry_of_view.buffer.value(), &at)?;
-        let start = entry_of_view.byte_offset.map_or(0, |offset| offset.0);
-        let end = start.checked_add(entry_of_view.byte_length.0);
-        let range = end.and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
-        let view = range.and_then(|range| bytes.get(range)).ok_or_else(|| {
+        let mesh = Decompressed::decode(self.path, source, &self.store, self.max_mesh, &at)?;
+        self.release();
+        Ok(cell.get_or_init(|| Box::new(mesh)))
+    }
+
+    fn decompressed(&self, view: usize, compressed: &Compressed) -> Result<&[u8]> {
+        let cell = &self.decompressed[view];
+        if let Some(decoded) = cell.get() {
+            return Ok(decoded);
+        }
+        let (buffer, offset, length) = compressed.source();
+        let source = self.range(buffer, offset, length, compressed.at())?;
+        compressed.check(source)?;
+        let mut writer = self.store.writer();
+        compressed.decode(source, &mut writer)?;
+        let decoded = writer.finish()?;
+        // The compressed bytes are not needed any more.
+        self.release();
+        Ok(cell.get_or_init(|| decoded))
+    }
+
+    /// `length` bytes of a buffer from `offset` on, which the place `at` asks for.
+    fn range(&self, buffer: usize, offset: u64, length: u64, at: &str) -> Result<&[u8]> {
+        let bytes = self.bytes(buffer, at)?;
+        let end = offset.checked_add(length);
+        let range = end.and_then(|end| Some(usize::try_from(offset).ok()?..usize::try_from(end).ok()?));
+        range.and_then(|range| bytes.get(range)).ok_or_else(|| {
             let what = format!(
-                "reaches from byte {start} over {} bytes, beyond the {} bytes of its buffer; export the file again",
-                entry_of_view.byte_length.0,
+                "reaches from byte {offset} over {length} bytes, beyond the {} bytes of its buffer; export the file \
+                 again",
                 bytes.len()
             );
-            syntax(self.path, &at, what)
-        })?;
-        // Zero means the same as nothing to some writers.
-        Ok((view, entry_of_view.byte_stride.map(|stride| stride.0).filter(|&stride| stride != 0)))
+            syntax(self.path, at, what)
+        })
     }
 
     /// Where the bytes of a view are.
@@ -79,6 +152,8 @@ impl<'a> Buffers<'a> {
     /// Lets mapped pages leave memory.
     pub fn release(&self) {
         self.file.release();
+        self.decompressed.iter().filter_map(OnceCell::get).for_each(Decoded::release);
+        self.draco.iter().filter_map(OnceCell::get).for_each(|mesh| mesh.release());
         for opened in self.opened.iter().filter_map(OnceCell::get) {
             if let Opened::File(_, map) = opened {
                 map.release();
@@ -106,7 +181,7 @@ impl<'a> Buffers<'a> {
         Ok(match opened {
             Opened::Chunk => self.binary.unwrap_or_default(),
             Opened::File(_, map) => map,
-            Opened::Decoded(bytes) => bytes,
+            Opened::Inline(bytes) => bytes,
         })
     }
 
@@ -117,7 +192,7 @@ impl<'a> Buffers<'a> {
             (Some(uri), _) if uri.starts_with("data:") => {
                 let bytes = data_uri(uri).ok_or_else(|| self.error(buffer, "its data URI is not base64"))?;
                 let length = bytes.len();
-                (Opened::Decoded(bytes), length)
+                (Opened::Inline(bytes), length)
             }
             (Some(uri), _) => {
                 let (path, map) = self.open_file(buffer, uri)?;

@@ -6,6 +6,7 @@ use crate::{ImportError, Place, Result};
 use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::{Accessor, Buffer, Camera, Material, Mesh, buffer::View};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
@@ -13,6 +14,8 @@ use std::path::Path;
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
     asset: Asset,
+    #[serde(default)]
+    extensions_used: Vec<String>,
     #[serde(default)]
     extensions_required: Vec<String>,
     #[serde(default)]
@@ -33,6 +36,8 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     #[serde(default)]
     pub samplers: Vec<Sampler>,
+    #[serde(default)]
+    pub skins: Vec<Skin>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
     #[serde(default)]
@@ -66,6 +71,8 @@ pub(super) struct Node {
     pub mesh: Option<u32>,
     pub skin: Option<u32>,
     pub camera: Option<u32>,
+    /// Of morph targets, instead of those of the mesh.
+    pub weights: Option<Vec<f32>>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
@@ -112,6 +119,14 @@ pub(super) struct OtherSource {
     pub source: u32,
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub inverse_bind_matrices: Option<usize>,
+    #[serde(default)]
+    pub joints: Vec<u32>,
+}
+
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Extensions {
     #[serde(rename = "KHR_lights_punctual")]
@@ -129,7 +144,14 @@ pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instancing: Option<serde::de::IgnoredAny>,
+    pub instancing: Option<Instancing>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Instancing {
+    /// Accessors by what they are.
+    #[serde(default)]
+    pub attributes: BTreeMap<String, usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -167,10 +189,20 @@ impl Document {
             None => Ok(()),
             Some(i) => {
                 let name = &self.extensions_required[i];
-                let what = format!("{name} is required and not read here; {}", cure(name));
+                let what = format!("{name} is required and not read here; export the file without it");
                 Err(unsupported(path, format_args!("extensionsRequired[{i}]"), what))
             }
         }
+    }
+
+    /// Whether the file says that it means nothing without this extension.
+    pub fn requires(&self, extension: &str) -> bool {
+        self.extensions_required.iter().any(|name| name == extension)
+    }
+
+    /// Whether anything in it has to be decompressed, as far as it says so.
+    pub fn is_compressed(&self) -> bool {
+        self.extensions_used.iter().any(|name| name.ends_with("_compression"))
     }
 
     pub fn lights(&self) -> &[Light] {
@@ -190,7 +222,11 @@ fn version_error(path: &Path, version: &str) -> ImportError {
 
 /// True for extensions that are read, and for those that do not change where triangles are.
 fn is_harmless(extension: &str) -> bool {
-    const KNOWN: [&str; 12] = [
+    const KNOWN: [&str; 16] = [
+        "KHR_draco_mesh_compression",
+        "EXT_mesh_gpu_instancing",
+        "EXT_meshopt_compression",
+        "KHR_meshopt_compression",
         "KHR_mesh_quantization",
         "KHR_lights_punctual",
         "KHR_texture_transform",
@@ -205,16 +241,6 @@ fn is_harmless(extension: &str) -> bool {
         "EXT_lights_image_based",
     ];
     KNOWN.contains(&extension) || extension.starts_with("KHR_materials_")
-}
-
-/// What to do about a file that needs this extension.
-pub(super) fn cure(extension: &str) -> &'static str {
-    match extension {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "decompress the file first, for example: npx @gltf-transform/cli copy IN.glb OUT.glb"
-        }
-        _ => "export the file without it",
-    }
 }
 
 /// The entry of `list` that `index` names, or an error at the place `at` that holds the index.

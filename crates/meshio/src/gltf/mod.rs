@@ -2,16 +2,23 @@
 //!
 //! The library `gltf` describes the JSON; everything that follows from it is checked and read here, because that
 //! library's own readers panic on broken files, refuse quantized positions and load all buffers into memory.
-//! Buffers are mapped, and only those that are asked for. Meshes are repeated for each node that shows
-//! them.
+//! Buffers are mapped, and only those that are asked for; compressed ones are decompressed once, into memory or a
+//! scratch file. Meshes are repeated for each node and instance that shows them, in the rest pose.
 
 mod accessor;
 mod buffer;
+mod decoded;
 mod document;
+mod draco;
 mod glb;
+mod instances;
 mod material;
+mod meshopt;
+mod morph;
 mod nodes;
+mod pose;
 mod primitive;
+mod skin;
 mod survey;
 mod texture;
 mod vertices;
@@ -25,6 +32,7 @@ use buffer::Buffers;
 use document::Document;
 use material::Materials;
 use primitive::Primitives;
+use skin::Skins;
 use std::fmt;
 use std::path::Path;
 use texture::Textures;
@@ -34,18 +42,16 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let map = Map::open(path)?;
     let container = glb::split(path, &map)?;
     let document = Document::parse(path, container.json)?;
-    // Positions and three kinds of attributes may be read at a time.
-    let resident_bytes = out.options.kept_bytes / if out.options.bare { 1 } else { 4 };
-    let buffers = Buffers::new(path, &document, &map, container.binary, resident_bytes);
+    let buffers = Buffers::new(path, &document, &map, container.binary, out.options);
     let scene = nodes::walk(path, &document, out)?;
 
     let textures = Textures { path, document: &document, buffers: &buffers };
     let materials = Materials::new(textures);
-    let mut primitives = Primitives::new(path, &document, &buffers, materials, out.strand_width());
+    let skins = Skins::new(path, &document, &buffers, &scene.file_from_node);
+    let mut primitives = Primitives::new(path, &document, &buffers, materials, skins, out.strand_width());
     let count = scene.meshes.len();
     for (i, node) in scene.meshes.iter().enumerate() {
-        out.set_transform(node.file_from_local)?;
-        primitives.add_mesh(node.mesh, out)?;
+        primitives.add_mesh(node, out)?;
         out.advance((map.len() as f64 * (i + 1) as f64 / count as f64) as u64);
     }
     primitives.finish(out);

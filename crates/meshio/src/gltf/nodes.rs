@@ -15,25 +15,31 @@ use std::path::Path;
 /// What a walk finds that holds triangles.
 pub(super) struct Found {
     pub meshes: Vec<MeshNode>,
+    /// Where each node stands, if the document has skins; nodes that are below themselves stand nowhere.
+    pub file_from_node: Vec<Option<DAffine3>>,
 }
 
 /// A mesh, which exists, and where it stands.
 pub(super) struct MeshNode {
     pub mesh: usize,
+    pub node: Option<usize>,
     pub file_from_local: DAffine3,
 }
 
 /// Walks through the default scene, or the first, or all nodes if there is none; without nodes, over all meshes.
 /// Adds cameras and lights to `out`.
 pub(super) fn walk(path: &Path, document: &Document, out: &mut Emitter) -> Result<Found> {
-    let mut found = Found { meshes: Vec::new() };
+    let mut found = Found { meshes: Vec::new(), file_from_node: Vec::new() };
     if document.nodes.is_empty() {
         // A library of meshes that nothing shows: the least surprise is to show them.
         let file_from_local = DAffine3::IDENTITY;
-        found.meshes.extend((0..document.meshes.len()).map(|mesh| MeshNode { mesh, file_from_local }));
+        let all = (0..document.meshes.len()).map(|mesh| MeshNode { mesh, node: None, file_from_local });
+        found.meshes.extend(all);
     }
     let mut seen = vec![false; document.nodes.len()];
-    let mut skinned = 0u64;
+    if !document.skins.is_empty() {
+        found.file_from_node.resize(document.nodes.len(), None);
+    }
     let (at, roots) = roots(path, document)?;
     let mut open: Vec<(u32, DAffine3)> = Vec::new();
     push(path, &mut open, &at, &roots, DAffine3::IDENTITY, document, &mut seen)?;
@@ -52,24 +58,37 @@ pub(super) fn walk(path: &Path, document: &Document, out: &mut Emitter) -> Resul
         )?;
         if let Some(mesh) = node.mesh {
             entry(&document.meshes, mesh as usize, path, format_args!("{at}.mesh"))?;
-            // The joints of a skin place its mesh, not the node; at rest that is mostly where the mesh is modeled.
-            let file_from_local = if node.skin.is_some() { DAffine3::IDENTITY } else { file_from_local };
-            skinned += u64::from(node.skin.is_some());
-            found.meshes.push(MeshNode { mesh: mesh as usize, file_from_local });
+            found.meshes.push(MeshNode { mesh: mesh as usize, node: Some(index as usize), file_from_local });
         }
-        if node.extensions.instancing.is_some() {
-            out.warn(path, format_args!("{at}: EXT_mesh_gpu_instancing is not read, the mesh appears once"));
+        if let Some(stands) = found.file_from_node.get_mut(index as usize) {
+            *stands = Some(file_from_local);
         }
         add_camera(path, document, &at, node, file_from_local, out)?;
         add_light(path, document, &at, node, file_from_local, out)?;
     }
-    if skinned > 0 {
-        out.warn(
-            path,
-            format_args!("{skinned} meshes have skins, which are not read; they are shown as modeled"),
-        );
+    if !document.skins.is_empty() {
+        place_the_rest(path, document, &mut seen, &mut found.file_from_node)?;
     }
     Ok(found)
+}
+
+/// Says where nodes stand that no scene shows: they may be joints all the same.
+fn place_the_rest(
+    path: &Path,
+    document: &Document,
+    seen: &mut [bool],
+    file_from_node: &mut [Option<DAffine3>],
+) -> Result<()> {
+    let mut open: Vec<(u32, DAffine3)> = Vec::new();
+    let roots = parentless(document).filter(|&node| !seen[node as usize]).collect::<Vec<_>>();
+    push(path, &mut open, "nodes", &roots, DAffine3::IDENTITY, document, seen)?;
+    while let Some((index, file_from_parent)) = open.pop() {
+        let (at, node) = (format!("nodes[{index}]"), &document.nodes[index as usize]);
+        let file_from_local = file_from_parent * parent_from_local(path, &at, node)?;
+        file_from_node[index as usize] = Some(file_from_local);
+        push(path, &mut open, &format!("{at}.children"), &node.children, file_from_local, document, seen)?;
+    }
+    Ok(())
 }
 
 /// The nodes to begin with and what names them.
@@ -81,13 +100,18 @@ fn roots(path: &Path, document: &Document) -> Result<(String, Vec<u32>)> {
     if let Some(scene) = document.scenes.first() {
         return Ok(("scenes[0].nodes".into(), scene.nodes.clone()));
     }
+    Ok(("nodes".into(), parentless(document).collect()))
+}
+
+/// Nodes that are no children.
+fn parentless(document: &Document) -> impl Iterator<Item = u32> {
     let mut is_child = vec![false; document.nodes.len()];
     for &child in document.nodes.iter().flat_map(|node| &node.children) {
         if let Some(is_child) = is_child.get_mut(child as usize) {
             *is_child = true;
         }
     }
-    Ok(("nodes".into(), (0..document.nodes.len() as u32).filter(|&i| !is_child[i as usize]).collect()))
+    (0..document.nodes.len() as u32).filter(move |&i| !is_child[i as usize])
 }
 
 /// Puts nodes on the stack so that the first comes off first. A node that comes twice would make the walk endless.

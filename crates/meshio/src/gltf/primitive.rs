@@ -2,12 +2,19 @@
 
 use super::accessor::Accessor;
 use super::buffer::Buffers;
-use super::document::{Document, cure, entry};
+use super::document::{Document, entry};
+use super::draco::{self, Extension};
+use super::instances::Instances;
 use super::material::{self, Materials};
+use super::morph::{Displaced, Morph};
+use super::nodes::MeshNode;
+use super::pose::Pose;
+use super::skin::{Bound, Skins};
+use super::syntax;
 use super::vertices::PrimitiveVertices;
-use super::{syntax, unsupported};
 use crate::emit::{Emitter, Vertices};
 use crate::{Place, Result};
+use glam::DAffine3;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -24,6 +31,7 @@ pub(super) struct Primitives<'a> {
     document: &'a Document,
     buffers: &'a Buffers<'a>,
     materials: Materials<'a>,
+    skins: Skins<'a>,
     /// By mesh and primitive.
     geometries: HashMap<(usize, usize), u32>,
     points: u64,
@@ -33,18 +41,18 @@ pub(super) struct Primitives<'a> {
     strand_width: Option<f64>,
     without_positions: u64,
     incomplete: u64,
-    morphed: bool,
 }
 
 /// What a mesh lists.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct MeshCounts {
     pub triangles: u64,
     pub vertices: u64,
     /// Those with normals, texture coordinates or colors.
     pub attributed_vertices: u64,
-    /// Whether some triangles may only lead from one strip to the next, which are left out.
-    pub has_strips: bool,
+    /// False where some triangles may only lead from one strip to the next, which are left out, or where nobody says
+    /// how many a compressed mesh has.
+    pub is_exact: bool,
 }
 
 /// The corners of a primitive's triangles, in the order of the file.
@@ -55,18 +63,18 @@ struct Corners<'a> {
     count: u64,
 }
 
-impl Corners<'_> {
-    /// Triangles, or segments of lines.
-    fn primitive_count(&self) -> u64 {
-        match self.mode {
-            Mode::Triangles => self.count / 3,
-            Mode::Lines => self.count / 2,
-            Mode::LineStrip => self.count.saturating_sub(1),
-            Mode::LineLoop => self.count,
-            _ => self.count.saturating_sub(2),
-        }
+/// Triangles, or segments of lines, of so many corners.
+fn primitive_count(mode: Mode, corners: u64) -> u64 {
+    match mode {
+        Mode::Triangles => corners / 3,
+        Mode::Lines => corners / 2,
+        Mode::LineStrip => corners.saturating_sub(1),
+        Mode::LineLoop => corners,
+        _ => corners.saturating_sub(2),
     }
+}
 
+impl Corners<'_> {
     /// Vertex number `i` of a line.
     fn vertex(&self, i: u64) -> u32 {
         match &self.indices {
@@ -97,6 +105,7 @@ impl<'a> Primitives<'a> {
         document: &'a Document,
         buffers: &'a Buffers<'a>,
         materials: Materials<'a>,
+        skins: Skins<'a>,
         strand_width: Option<f64>,
     ) -> Primitives<'a> {
         Primitives {
@@ -104,56 +113,96 @@ impl<'a> Primitives<'a> {
             document,
             buffers,
             materials,
+            skins,
             geometries: HashMap::new(),
             points: 0,
             thin_lines: 0,
             strand_width,
             without_positions: 0,
             incomplete: 0,
-            morphed: false,
         }
     }
 
-    /// Adds all triangles and strands of a mesh, which must exist.
-    pub fn add_mesh(&mut self, mesh: usize, out: &mut Emitter) -> Result<()> {
-        for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
-            let at = format!("meshes[{mesh}].primitives[{i}]");
-            if let Some((positions, corners)) = self.open(primitive, &at)? {
-                let geometry = self.geometry(mesh, i, primitive, out);
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// Adds all triangles and strands of a mesh wherever its node shows it.
+    pub fn add_mesh(&mut self, found: &MeshNode, out: &mut Emitter) -> Result<()> {
+        let instances = Instances::of(self.path, self.document, self.buffers, found)?;
+        let mesh = &self.document.meshes[found.mesh];
+        let node = found.node.map(|node| &self.document.nodes[node]);
+        let weights = node.and_then(|node| node.weights.as_ref()).or(mesh.weights.as_ref());
+        let weights = weights.map_or(&[][..], Vec::as_slice);
+        let joints = match (found.node, node.and_then(|node| node.skin)) {
+            (Some(node), Some(skin)) => {
+                Some(self.skins.matrices(skin as usize, &format!("nodes[{node}].skin"))?)
+            }
+            _ => None,
+        };
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let at = format!("meshes[{}].primitives[{i}]", found.mesh);
+            let Some((positions, corners)) = self.open(primitive, &at)? else { continue };
+            let count = positions.count();
+            let geometry = self.geometry(found.mesh, i, primitive, out);
+            let morph = |displaced| Morph::new(self, primitive, weights, displaced, count, &at);
+            let pose = Pose {
+                positions: morph(Displaced::Positions)?,
+                normals: morph(Displaced::Normals)?,
+                bound: match &joints {
+                    Some(joints) => Bound::new(self, primitive, joints.clone(), count, &at)?,
+                    None => None,
+                },
+            };
+            let vertices = self.vertices(primitive, positions, pose, geometry, &at, out)?;
+            for instance in 0..instances.count {
+                // Joints put vertices where they belong in the file, wherever the node stands.
+                out.set_transform(match vertices.pose.bound {
+                    Some(_) => DAffine3::IDENTITY,
+                    None => found.file_from_local * instances.local_from_instance(instance),
+                })?;
                 match corners.mode {
                     Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-                        self.add_strands(geometry, &positions, &corners, &at, out)?;
+                        self.add_strands(geometry, &vertices, &corners, &at, out)?;
                     }
-                    _ => {
-                        let vertices = self.vertices(primitive, positions, geometry, &at, out)?;
-                        self.add_triangles(geometry, &vertices, &corners, &at, out)?;
-                    }
+                    _ => self.add_triangles(geometry, &vertices, &corners, &at, out)?,
                 }
             }
         }
         Ok(())
     }
 
-    /// Counts what a mesh, which must exist, lists.
+    /// Counts what a mesh, which must exist, lists. Does not decompress anything.
     pub fn count_mesh(&mut self, mesh: usize) -> Result<MeshCounts> {
-        let mut counts = MeshCounts::default();
+        let mut counts = MeshCounts { triangles: 0, vertices: 0, attributed_vertices: 0, is_exact: true };
         for (i, primitive) in self.document.meshes[mesh].primitives.iter().enumerate() {
-            let opened = self.open(primitive, &format!("meshes[{mesh}].primitives[{i}]"))?;
-            if let Some((positions, corners)) = opened {
-                counts.triangles = counts.triangles.saturating_add(corners.primitive_count());
-                counts.vertices = counts.vertices.saturating_add(Vertices::count(&positions));
-                if primitive.attributes.len() > 1 {
-                    counts.attributed_vertices =
-                        counts.attributed_vertices.saturating_add(Vertices::count(&positions));
-                }
-                counts.has_strips |= corners.mode == Mode::TriangleStrip;
+            let at = format!("meshes[{mesh}].primitives[{i}]");
+            let Some((mode, position)) = self.shown(primitive, &at)? else { continue };
+            let compressed = self.compressed(primitive, position, &at)?.is_some();
+            let mode = if compressed { Mode::Triangles } else { mode };
+            let count = |index: usize, kind: Type, at: &str| match compressed {
+                // Nothing holds it against the compressed bytes here, but the codec has no larger numbers.
+                true => entry(&self.document.accessors, index, self.path, at)
+                    .map(|accessor| accessor.count.0.min(3 * u64::from(u32::MAX))),
+                false => Accessor::count_of(self.path, self.document, self.buffers, index, kind, at),
+            };
+            let vertices = count(position, Type::Vec3, &format!("{at}.attributes.POSITION"))?;
+            let corners = match &primitive.indices {
+                Some(indices) => count(indices.value(), Type::Scalar, &format!("{at}.indices"))?,
+                None => vertices,
+            };
+            counts.vertices = counts.vertices.saturating_add(vertices);
+            if primitive.attributes.len() > 1 {
+                counts.attributed_vertices = counts.attributed_vertices.saturating_add(vertices);
             }
+            counts.triangles = counts.triangles.saturating_add(primitive_count(mode, corners));
+            counts.is_exact &= mode != Mode::TriangleStrip && (!compressed || primitive.indices.is_some());
         }
         Ok(counts)
     }
 
-    /// The checked parts of a primitive, if it has triangles.
-    fn open(&mut self, primitive: &Primitive, at: &str) -> Result<Option<(Accessor<'a>, Corners<'a>)>> {
+    /// The mode of a primitive and the accessor of its positions, if it has something to show.
+    fn shown(&mut self, primitive: &Primitive, at: &str) -> Result<Option<(Mode, usize)>> {
         let Checked::Valid(mode) = primitive.mode else {
             let what = "is none of glTF 2.0; export again";
             return Err(syntax(self.path, format_args!("{at}.mode"), what));
@@ -174,31 +223,79 @@ impl<'a> Primitives<'a> {
             self.without_positions += 1;
             return Ok(None);
         };
-        self.refuse_compressed(primitive, position.value(), at)?;
-        let positions = self.accessor(position.value(), Type::Vec3, &format!("{at}.attributes.POSITION"))?;
-        let corners = self.corners(primitive, mode, &positions, at)?;
+        Ok(Some((mode, position.value())))
+    }
+
+    /// The checked parts of a primitive, if it has something to show.
+    fn open(&mut self, primitive: &Primitive, at: &str) -> Result<Option<(Accessor<'a>, Corners<'a>)>> {
+        let Some((mode, position)) = self.shown(primitive, at)? else { return Ok(None) };
+        let Some(positions) = self.attribute(primitive, Semantic::Positions, &[Type::Vec3], at)? else {
+            return Ok(None);
+        };
+        let corners = match self.compressed(primitive, position, at)? {
+            Some(extension) => {
+                let mesh = self.buffers.draco(extension.buffer_view, at)?;
+                let indices = Accessor::of_bytes(self.buffers, &mesh.indices, 1, ComponentType::U32, false);
+                Corners { mode: Mode::Triangles, count: indices.count(), indices: Some(indices) }
+            }
+            None => self.corners(primitive, mode, &positions, at)?,
+        };
         if let Some(material) = &primitive.material {
             entry(&self.document.materials, material.value(), self.path, format_args!("{at}.material"))?;
         }
-        self.incomplete += u64::from(mode == Mode::Triangles && corners.count % 3 != 0);
-        self.morphed |= primitive.targets.is_some();
+        self.incomplete += u64::from(corners.mode == Mode::Triangles && corners.count % 3 != 0);
         Ok(Some((positions, corners)))
     }
 
-    fn accessor(&self, index: usize, kind: Type, at: &str) -> Result<Accessor<'a>> {
+    /// The attribute `semantic` of the primitive at the place `at`, compressed or not, with elements of one of `kinds`.
+    /// Nothing if it has none.
+    pub fn attribute(
+        &self,
+        primitive: &Primitive,
+        semantic: Semantic,
+        kinds: &[Type],
+        at: &str,
+    ) -> Result<Option<Accessor<'a>>> {
+        let name = semantic.to_string();
+        let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
+        let at_plain = format!("{at}.attributes.{name}");
+        let accessor = entry(&self.document.accessors, index.value(), self.path, &at_plain)?;
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let extension = match positions {
+            Some(positions) => self.compressed(primitive, positions.value(), at)?,
+            None => None,
+        };
+        let id = extension.as_ref().and_then(|extension| extension.attributes.get(&name));
+        let (Some(extension), Some(&id)) = (&extension, id) else {
+            let found = kinds.iter().find(|&kind| accessor.type_ == Checked::Valid(*kind));
+            return self.accessor(index.value(), *found.unwrap_or(&kinds[0]), &at_plain).map(Some);
+        };
+        let mesh = self.buffers.draco(extension.buffer_view, at)?;
+        let wrong = |what: String| {
+            let at = format!("{at}.extensions.{}.attributes.{name}", draco::NAME);
+            syntax(self.path, at, format_args!("{what}; export the file again"))
+        };
+        let attribute = mesh
+            .attribute(id)
+            .ok_or_else(|| wrong(format!("the compressed mesh has no attribute {id} of glTF's types")))?;
+        let width = attribute.width;
+        if !kinds.iter().any(|kind| kind.multiplicity() == width) {
+            return Err(wrong(format!("attribute {id} has {width} components, which do not fit")));
+        }
+        let (bytes, component) = (&attribute.bytes, attribute.component);
+        Ok(Some(Accessor::of_bytes(self.buffers, bytes, width, component, accessor.normalized)))
+    }
+
+    pub fn accessor(&self, index: usize, kind: Type, at: &str) -> Result<Accessor<'a>> {
         Accessor::new(self.path, self.document, self.buffers, index, kind, at)
     }
 
-    /// A compressed primitive whose accessors are empty would come out as a heap of zeros.
-    fn refuse_compressed(&self, primitive: &Primitive, position: usize, at: &str) -> Result<()> {
-        let Some(extensions) = &primitive.extensions else { return Ok(()) };
-        let without_bytes = self.document.accessors.get(position).is_some_and(|a| a.buffer_view.is_none());
-        match extensions.others.keys().find(|name| name.ends_with("_compression")) {
-            Some(name) if without_bytes => {
-                let what = format!("needs {name}, which is not read here; {}", cure(name));
-                Err(unsupported(self.path, at, what))
-            }
-            _ => Ok(()),
+    /// How a primitive with these positions is compressed, if it is and is not there in plain as well.
+    fn compressed(&self, primitive: &Primitive, position: usize, at: &str) -> Result<Option<Extension>> {
+        let is_plain = self.document.accessors.get(position).is_some_and(|a| a.buffer_view.is_some());
+        match is_plain && !self.document.requires(draco::NAME) {
+            true => Ok(None),
+            false => Extension::of(self.path, primitive, at),
         }
     }
 
@@ -245,34 +342,34 @@ impl<'a> Primitives<'a> {
         &self,
         primitive: &Primitive,
         positions: Accessor<'a>,
+        pose: Pose<'a>,
         geometry: u32,
         at: &str,
         out: &Emitter,
     ) -> Result<PrimitiveVertices<'a>> {
         let tex_coords = material::tex_coords(&out.scene, out.scene.geometries[geometry as usize].material);
-        let count = Vertices::count(&positions);
-        let find = |semantic: Semantic, kinds: &[Type], name: &str| -> Result<Option<Accessor<'a>>> {
-            let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-            let at = format!("{at}.attributes.{name}");
-            let found = self.document.accessors.get(index.value()).map(|accessor| &accessor.type_);
-            let kind =
-                kinds.iter().find(|kind| matches!(found, Some(Checked::Valid(found)) if found == *kind));
-            let accessor = self.accessor(index.value(), *kind.unwrap_or(&kinds[0]), &at)?;
-            if accessor.count() < count {
-                let what = format!("has {} elements for {count} vertices; export again", accessor.count());
-                return Err(syntax(self.path, at, what));
+        let count = positions.count();
+        let find = |semantic: Semantic, kinds: &[Type]| -> Result<Option<Accessor<'a>>> {
+            let name = semantic.to_string();
+            let accessor = self.attribute(primitive, semantic, kinds, at)?;
+            match accessor.as_ref().map(Accessor::count).filter(|found| *found < count) {
+                Some(found) => {
+                    let what = format!("has {found} elements for {count} vertices; export again");
+                    Err(syntax(self.path, format_args!("{at}.attributes.{name}"), what))
+                }
+                None => Ok(accessor),
             }
-            Ok(Some(accessor))
         };
         let tex_coord = |set: u32, stream| match tex_coords.has(stream) {
-            true => find(Semantic::TexCoords(set), &[Type::Vec2], &format!("TEXCOORD_{set}")),
+            true => find(Semantic::TexCoords(set), &[Type::Vec2]),
             false => Ok(None),
         };
         Ok(PrimitiveVertices {
             positions,
-            normals: find(Semantic::Normals, &[Type::Vec3], "NORMAL")?,
+            pose,
+            normals: find(Semantic::Normals, &[Type::Vec3])?,
             tex_coords: [tex_coord(0, Streams::TEX_COORDS_0)?, tex_coord(1, Streams::TEX_COORDS_1)?],
-            colors: find(Semantic::Colors(0), &[Type::Vec4, Type::Vec3], "COLOR_0")?,
+            colors: find(Semantic::Colors(0), &[Type::Vec4, Type::Vec3])?,
         })
     }
 
@@ -285,7 +382,7 @@ impl<'a> Primitives<'a> {
         out: &mut Emitter,
     ) -> Result<()> {
         let strip = corners.mode == Mode::TriangleStrip;
-        for i in 0..corners.primitive_count() {
+        for i in 0..primitive_count(corners.mode, corners.count) {
             let [a, b, c] = corners.triangle(i);
             // Strips name vertices twice to get from one run to the next; those are no triangles.
             if strip && (a == b || b == c || a == c) {
@@ -300,7 +397,7 @@ impl<'a> Primitives<'a> {
     fn add_strands(
         &self,
         geometry: u32,
-        positions: &Accessor,
+        positions: &PrimitiveVertices,
         corners: &Corners,
         at: &str,
         out: &mut Emitter,
@@ -355,9 +452,6 @@ impl<'a> Primitives<'a> {
             if count > 0 {
                 out.warn(self.path, format_args!("{count} {what}"));
             }
-        }
-        if self.morphed {
-            out.warn(self.path, "morph targets are not read, meshes have their rest shape");
         }
         self.materials.finish(out);
     }

@@ -2,8 +2,10 @@
 
 use super::buffer::Buffers;
 use super::document::Document;
+use super::instances::Instances;
 use super::material::Materials;
 use super::primitive::{MeshCounts, Primitives};
+use super::skin::Skins;
 use super::texture::Textures;
 use super::{glb, nodes};
 use crate::emit::Emitter;
@@ -29,11 +31,12 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     let container = glb::split(path, &map)?;
     let document = Document::parse(path, container.json)?;
     let (options, mut sink) = (ImportOptions::default(), Nowhere);
-    let buffers = Buffers::new(path, &document, &map, container.binary, options.kept_bytes);
+    let buffers = Buffers::new(path, &document, &map, container.binary, &options);
     let scene = nodes::walk(path, &document, &mut Emitter::new(&options, &mut sink, 0))?;
     let textures = Textures { path, document: &document, buffers: &buffers };
     let materials = Materials::new(textures);
-    let mut primitives = Primitives::new(path, &document, &buffers, materials, None);
+    let skins = Skins::new(path, &document, &buffers, &scene.file_from_node);
+    let mut primitives = Primitives::new(path, &document, &buffers, materials, skins, None);
     let mut meshes: HashMap<usize, MeshCounts> = HashMap::new();
     let mut survey = Survey { is_exact: true, bytes: map.len() as u64, ..Survey::default() };
     for node in &scene.meshes {
@@ -41,10 +44,12 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
             Some(counts) => *counts,
             None => *meshes.entry(node.mesh).or_insert(primitives.count_mesh(node.mesh)?),
         };
-        survey.triangles = survey.triangles.saturating_add(counts.triangles);
-        survey.vertices = survey.vertices.saturating_add(counts.vertices);
-        survey.attributed_vertices = survey.attributed_vertices.saturating_add(counts.attributed_vertices);
-        survey.is_exact &= !counts.has_strips;
+        let times = Instances::of(path, &document, &buffers, node)?.count;
+        let add = |all: &mut u64, count: u64| *all = all.saturating_add(count.saturating_mul(times));
+        add(&mut survey.triangles, counts.triangles);
+        add(&mut survey.vertices, counts.vertices);
+        add(&mut survey.attributed_vertices, counts.attributed_vertices);
+        survey.is_exact &= counts.is_exact;
     }
     Ok(survey)
 }

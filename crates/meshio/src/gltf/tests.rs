@@ -207,11 +207,10 @@ fn cameras_lights_and_materials() {
 #[test]
 fn broken_documents_are_named() {
     type Change = fn(&mut Value);
-    let changes: [(Change, &str); 19] = [
+    let changes: [(Change, &str); 18] = [
         (|d| d["asset"]["version"] = json!("1.0"), "asset.version"),
         (|d| *d = json!({"asset": {"version": "1.1"}, "meshes": {}}), "asset.version"),
         (|d| d["meshes"] = json!({}), "line 1"),
-        (|d| d["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]), "gltf-transform"),
         (|d| d["extensionsRequired"] = json!(["ABC_unknown"]), "extensionsRequired[0]"),
         (|d| d["scene"] = json!(7), "scene"),
         (|d| d["scenes"][0]["nodes"] = json!([7]), "scenes[0].nodes[0]"),
@@ -305,4 +304,166 @@ fn buffers_beyond_four_gibibytes() {
         survey(std::slice::from_ref(&path)).unwrap_err().to_string(),
         import_path(&path, &ImportOptions::default()).unwrap_err().to_string()
     );
+}
+
+/// Adds an accessor over `values` to the buffer; gives its number.
+fn add(document: &mut Value, binary: &mut Vec<u8>, kind: &str, width: usize, values: &[f32]) -> usize {
+    let offset = binary.len();
+    binary.extend(values.iter().flat_map(|x| x.to_le_bytes()));
+    let bytes = binary.len() - offset;
+    let view = json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes});
+    document["bufferViews"].as_array_mut().unwrap().push(view);
+    document["buffers"][0]["byteLength"] = json!(binary.len());
+    let view = document["bufferViews"].as_array().unwrap().len() - 1;
+    let accessor =
+        json!({"bufferView": view, "componentType": 5126, "count": values.len() / width, "type": kind});
+    document["accessors"].as_array_mut().unwrap().push(accessor);
+    document["accessors"].as_array().unwrap().len() - 1
+}
+
+/// The square with its corners moved.
+fn moved(by: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<[[f64; 3]; 3]> {
+    SQUARE.iter().map(|triangle| triangle.map(&by)).collect()
+}
+
+#[test]
+fn morph_targets_move_vertices_by_their_weights() {
+    let morphed = |weights: fn(&mut Value)| {
+        let (_, sink) = read(|document, binary| {
+            let up = add(document, binary, "VEC3", 3, &[0.0, 0.0, 2.0].repeat(4));
+            let right = add(document, binary, "VEC3", 3, &[1.0, 0.0, 0.0].repeat(4));
+            document["meshes"][0]["primitives"][0]["targets"] =
+                json!([{"POSITION": up}, {"NORMAL": up}, {"POSITION": right}]);
+            weights(document);
+        })
+        .unwrap();
+        triangles(&sink)
+    };
+    assert_eq!(morphed(|_| {}), SQUARE);
+    let of_mesh: fn(&mut Value) = |d| d["meshes"][0]["weights"] = json!([0.5, 1.0, 0.25]);
+    assert_eq!(morphed(of_mesh), moved(|[x, y, z]| [x + 0.25, y, z + 1.0]));
+    // Those of the node win.
+    assert_eq!(
+        morphed(|d| {
+            d["meshes"][0]["weights"] = json!([0.5, 0.0, 0.0]);
+            d["nodes"][0]["weights"] = json!([0.0, 0.0, -1.0]);
+        }),
+        moved(|[x, y, z]| [x - 1.0, y, z])
+    );
+}
+
+#[test]
+fn joints_put_vertices_where_they_belong() {
+    let skinned = |change: fn(&mut Value)| {
+        read(|document, binary| {
+            let weights = add(document, binary, "VEC4", 4, &[0.75, 0.25, 0.0, 0.0].repeat(4));
+            let joints = add(document, binary, "VEC4", 4, &[0.0; 16]);
+            // Four bytes for each vertex, in place of floats.
+            let offset = binary.len() - 64;
+            binary[offset..offset + 16].copy_from_slice(&[0, 1, 0, 0].repeat(4));
+            document["accessors"][joints]["componentType"] = json!(5121);
+            let matrix =
+                |x: f32| [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, 0.0, 0.0, 1.0];
+            let inverse = add(document, binary, "MAT4", 16, &[matrix(-10.0), matrix(0.0)].concat());
+            let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+            (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+            // Where the node of the mesh stands does not matter; one joint stands where its matrix says, one does not.
+            document["nodes"] = json!([
+                {"mesh": 0, "skin": 0, "translation": [100.0, 0.0, 0.0]},
+                {"translation": [10.0, 0.0, 0.0], "children": [2]},
+                {"translation": [0.0, 0.0, 4.0]}
+            ]);
+            document["scenes"][0]["nodes"] = json!([0, 1]);
+            document["skins"] = json!([{"joints": [1, 2], "inverseBindMatrices": inverse}]);
+            change(document);
+        })
+    };
+    let (done, sink) = skinned(|_| {}).unwrap();
+    assert!(done.report.warnings.is_empty(), "{:?}", done.report.warnings);
+    assert_eq!(triangles(&sink), moved(|[x, y, z]| [x + 2.5, y, z + 1.0]));
+    for (change, place) in [
+        ((|d| d["nodes"][0]["skin"] = json!(3)) as fn(&mut Value), "nodes[0].skin"),
+        (|d| d["skins"][0]["joints"] = json!([1]), "JOINTS_0"),
+        (|d| d["skins"][0]["joints"] = json!([1, 9]), "skins[0].joints[1]"),
+        (|d| d["skins"][0]["joints"] = json!([1, 2, 1]), "inverseBindMatrices"),
+        (|d| d["skins"][0]["inverseBindMatrices"] = json!(0), "accessors[0].type"),
+    ] {
+        let error = skinned(change).unwrap_err().to_string();
+        assert!(error.contains(place), "{place}: {error}");
+    }
+}
+
+#[test]
+fn a_mesh_is_shown_wherever_its_instances_are() {
+    let instanced = |change: fn(&mut Value)| {
+        read(|document, binary| {
+            let places = add(document, binary, "VEC3", 3, &[0.0, 0.0, 0.0, 5.0, 0.0, 0.0]);
+            let scales = add(document, binary, "VEC3", 3, &[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+            document["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+            document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] =
+                json!({"TRANSLATION": places, "SCALE": scales});
+            change(document);
+        })
+    };
+    let (_, sink) = instanced(|_| {}).unwrap();
+    let second = moved(|[x, y, z]| [2.0 * x + 5.0, 2.0 * y, 2.0 * z]);
+    assert_eq!(triangles(&sink), [SQUARE.to_vec(), second].concat());
+    let error = instanced(|d| d["accessors"][3]["count"] = json!(1)).unwrap_err().to_string();
+    assert!(error.contains("another number of instances"), "{error}");
+    let error = instanced(|d| d["accessors"][2]["count"] = json!(1u64 << 60)).unwrap_err().to_string();
+    assert!(error.contains("accessors[2]"), "{error}");
+}
+
+#[test]
+fn compressed_views_are_read_as_others() {
+    use meshoptimizer_rs::codec::{IndexEncoding, VertexEncoding, encode_index_buffer, encode_vertex_buffer};
+    use meshoptimizer_rs::{Limits, Workspace};
+    let mut workspace = Workspace::new(Limits { max_bytes: 1 << 20, max_work: 1 << 20 });
+    let (mut document, plain) = (document(), square_bytes());
+    let indices: Vec<u32> = vec![0, 1, 2, 0, 2, 3];
+    let positions = encode_vertex_buffer(&plain[..48], 4, 12, VertexEncoding::DEFAULT, &mut workspace);
+    let indices = encode_index_buffer(&indices, IndexEncoding::DEFAULT, &mut workspace);
+    let (positions, indices) = (positions.unwrap(), indices.unwrap());
+    let binary = [&positions[..], &indices[..]].concat();
+    for (view, (offset, length, stride, count, mode)) in
+        [(0, positions.len(), 12, 4, "ATTRIBUTES"), (positions.len(), indices.len(), 2, 6, "TRIANGLES")]
+            .into_iter()
+            .enumerate()
+    {
+        document["bufferViews"][view]["buffer"] = json!(1);
+        document["bufferViews"][view]["extensions"]["EXT_meshopt_compression"] = json!({
+            "buffer": 0, "byteOffset": offset, "byteLength": length, "byteStride": stride, "count": count,
+            "mode": mode
+        });
+    }
+    // The second one stands for what is decoded, and has no bytes.
+    document["buffers"] = json!([
+        {"byteLength": binary.len()},
+        {"byteLength": 60, "extensions": {"EXT_meshopt_compression": {"fallback": true}}}
+    ]);
+    document["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
+    let read = |document: &Value, binary: &[u8]| import_bytes("model.glb", &glb(document, binary));
+    assert_eq!(triangles(&read(&document, &binary).unwrap().1), SQUARE);
+    // Whatever is cut off or changed: a square, another one, or one line.
+    for i in 0..binary.len() {
+        let mut damaged = binary.clone();
+        damaged[i] ^= 0x55;
+        let _ = read(&document, &damaged);
+        assert!(read(&document, &binary[..i]).is_err());
+    }
+    let with = |change: fn(&mut Value)| {
+        let mut document = document.clone();
+        change(&mut document["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]);
+        read(&document, &binary).unwrap_err().to_string()
+    };
+    for (change, what) in [
+        ((|e| e["mode"] = json!("HUH")) as fn(&mut Value), "mode"),
+        (|e| e["filter"] = json!("HUH"), "filter"),
+        (|e| e["byteStride"] = json!(7), "7 bytes"),
+        (|e| e["count"] = json!(1u64 << 62), "bufferViews[0]"),
+        (|e| e["byteLength"] = json!(3), "bufferViews[0]"),
+    ] {
+        let error = with(change);
+        assert!(error.contains(what), "{what}: {error}");
+    }
 }

@@ -1,6 +1,7 @@
 //! The vertices of a primitive: positions and what else there is of them.
 
 use super::accessor::Accessor;
+use super::pose::Pose;
 use crate::emit::Vertices;
 use glam::{Vec2, Vec3, Vec4};
 use raystrips_geom::{Attributes, Streams};
@@ -8,6 +9,7 @@ use raystrips_geom::{Attributes, Streams};
 /// Accessors of a primitive, each with as many elements as there are positions, or more.
 pub(super) struct PrimitiveVertices<'a> {
     pub positions: Accessor<'a>,
+    pub pose: Pose<'a>,
     pub normals: Option<Accessor<'a>>,
     pub tex_coords: [Option<Accessor<'a>>; 2],
     pub colors: Option<Accessor<'a>>,
@@ -20,11 +22,12 @@ impl Vertices for PrimitiveVertices<'_> {
 
     #[inline]
     fn position(&self, index: u32) -> [f64; 3] {
-        self.positions.position(index)
+        self.pose.position(index.into(), self.positions.position(index))
     }
 
     fn release(&self) {
         self.positions.release();
+        self.pose.accessors().for_each(Accessor::release);
     }
 
     fn streams(&self) -> Streams {
@@ -51,8 +54,8 @@ impl Vertices for PrimitiveVertices<'_> {
         };
         Attributes {
             normal: self.normals.as_ref().map_or(plain.normal, |normals| {
-                let [x, y, z, _] = values(normals);
-                Vec3::new(x, y, z)
+                let normal = self.pose.normal(index.into(), normals.components(index.into()));
+                Vec3::from_array(normal.map(|x| x as f32))
             }),
             tex_coords: [tex_coord(&self.tex_coords[0]), tex_coord(&self.tex_coords[1])],
             color: self.colors.as_ref().map_or(plain.color, |colors| {
