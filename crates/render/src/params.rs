@@ -26,6 +26,13 @@ pub enum Integrator {
     Normal,
 }
 
+impl Integrator {
+    /// Whether pixels hold light, which has no greatest value, or data.
+    pub fn is_light(self) -> bool {
+        matches!(self, Integrator::Path | Integrator::Photon)
+    }
+}
+
 impl fmt::Display for Integrator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -3,6 +3,7 @@
 use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use raystrips_convert::{ConvertParams, ImportOptions, Layout, PackProxies, Positions};
+use raystrips_render::ToneCurve;
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -297,6 +298,31 @@ pub enum IntegratorName {
     Normal,
 }
 
+/// Tone curves.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneName {
+    /// As they are, with highlights compressed: colors keep their hue.
+    Neutral,
+    /// AgX: little contrast, highlights fade to white as on film.
+    Agx,
+    /// ACES: much contrast.
+    Aces,
+    /// Cut at 1.
+    Clip,
+}
+
+impl ToneName {
+    /// What it stands for.
+    pub fn curve(self) -> ToneCurve {
+        match self {
+            ToneName::Neutral => ToneCurve::Neutral,
+            ToneName::Agx => ToneCurve::Agx,
+            ToneName::Aces => ToneCurve::Aces,
+            ToneName::Clip => ToneCurve::Clip,
+        }
+    }
+}
+
 /// Flags of `render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
@@ -343,6 +369,10 @@ pub struct RenderArgs {
     /// Exposure of a PNG: each step doubles the light.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
+
+    /// How values beyond the range of a screen are treated in a PNG [default: neutral for light, clip for others].
+    #[arg(long, value_enum, value_name = "CURVE")]
+    pub tone: Option<ToneName>,
 
     /// In which order rays are traced. It changes the time, never the picture.
     #[arg(long, value_enum, value_name = "ORDER", default_value = "auto")]

@@ -1,6 +1,6 @@
 //! `raystrips render`.
 
-use crate::args::RenderArgs;
+use crate::args::{RenderArgs, ToneName};
 use crate::files::{check_output, extension, write_whole};
 use crate::progress::render_bar;
 use crate::rendering::{self, Pages, Rendered};
@@ -32,7 +32,9 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let keeping = Keeping::new(&args.output, every, args.convert.source.restart, &progress)?;
     let Rendered { params, output, pages } = rendering::run(&pack, args, &keeping)?;
     bar.finish_and_clear();
-    let options = ImageOptions { exposure: args.exposure.exp2(), ..ImageOptions::for_render(&params) };
+    let usual = ImageOptions::for_render(&params);
+    let tone_curve = args.tone.map_or(usual.tone_curve, ToneName::curve);
+    let options = ImageOptions { exposure: args.exposure.exp2(), tone_curve, ..usual };
     write_image(&args.output, &output.film, &options)?;
     keeping.remove()?;
     if let Some(path) = &args.stats {
