@@ -366,6 +366,19 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub photons_nearest: u32,
 
+    /// Light from all around instead of the sky of the scene: a picture of all directions (.hdr or .exr, twice as wide as
+    /// high), whose middle is towards -z and whose upper border is +y. Lamps of the scene stay.
+    #[arg(long, value_name = "FILE")]
+    pub env: Option<PathBuf>,
+
+    /// Turn that picture about +y, counter-clockwise as seen from above.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
+    pub env_rotation: f32,
+
+    /// Make that picture so many times as bright.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_strength)]
+    pub env_strength: f32,
+
     /// Exposure of a PNG: each step doubles the light.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
@@ -502,6 +515,16 @@ fn parse_ratio(text: &str) -> Result<f64, String> {
 fn parse_width(text: &str) -> Result<f64, String> {
     let width = text.parse().ok().filter(|&width: &f64| width > 0.0 && width.is_finite());
     width.ok_or_else(|| format!("'{text}' is not a width above 0"))
+}
+
+fn parse_angle(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|angle: &f32| angle.is_finite());
+    angle.ok_or_else(|| format!("'{text}' is not an angle in degrees"))
+}
+
+fn parse_strength(text: &str) -> Result<f32, String> {
+    let factor = text.parse().ok().filter(|factor| (0.0..=1e6).contains(factor));
+    factor.ok_or_else(|| format!("'{text}' is not a factor from 0 to a million"))
 }
 
 fn parse_picture_size(text: &str) -> Result<(u32, u32), String> {
