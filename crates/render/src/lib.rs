@@ -10,6 +10,7 @@ mod bsdf;
 mod camera;
 mod color;
 mod deposits;
+mod environment;
 mod film;
 mod hit_points;
 mod image;
@@ -41,6 +42,7 @@ mod wave;
 mod world;
 
 pub use camera::frame_bounds;
+pub use environment::{Environment, EnvironmentError, EnvironmentFile, MAX_ENVIRONMENT_PIXELS};
 pub use film::{Film, MAX_CONTRIBUTION, WRITTEN_PIXEL_BYTES};
 pub use hit_points::HitPoints;
 pub use image::{ImageError, ImageOptions, ToneCurve, write_image};

@@ -1,8 +1,9 @@
 //! What to render and how, and what can be wrong with it.
 
+use crate::environment::Environment;
 use crate::photon::PhotonParams;
 use raystrips_geom::scene::Camera;
-use std::fmt;
+use std::{fmt, sync::Arc};
 use thiserror::Error;
 
 /// Most pixels along a side of a picture.
@@ -24,6 +25,13 @@ pub enum Integrator {
     Ao,
     /// (n + 1) / 2 of the geometric normal on the side of the viewer. The background is black.
     Normal,
+}
+
+impl Integrator {
+    /// Whether pixels hold light, which has no greatest value, or data.
+    pub fn is_light(self) -> bool {
+        matches!(self, Integrator::Path | Integrator::Photon)
+    }
 }
 
 impl fmt::Display for Integrator {
@@ -60,6 +68,8 @@ pub struct RenderParams {
     pub max_bounces: u32,
     /// For [`Integrator::Photon`].
     pub photons: PhotonParams,
+    /// Takes the place of the sky.
+    pub environment: Option<Arc<Environment>>,
     /// Light scenes that have no light of their own by a sun and a sky.
     pub default_light: bool,
     /// Fill the film's albedo and normal.
@@ -78,6 +88,7 @@ impl Default for RenderParams {
             camera: None,
             max_bounces: 8,
             photons: PhotonParams::default(),
+            environment: None,
             default_light: true,
             aovs: true,
         }

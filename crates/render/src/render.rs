@@ -9,7 +9,7 @@ use crate::{
     params::{Integrator, RenderError, RenderParams},
     photon::{Lit, render_passes},
     sampling::power_heuristic,
-    sky::lighting,
+    sky::{SkyLight, lighting},
     unfinished::Unfinished,
     wave::{Path, Tile, Wave, WaveContext},
     world::World,
@@ -169,7 +169,9 @@ pub(crate) fn with_shader(
     params.validate()?;
     let description = world.description();
     let materials = Materials::new(description);
-    let (lights, sky) = lighting(description, params.default_light);
+    let environment = params.environment.as_deref();
+    let (lights, sky) = lighting(description, params.default_light && environment.is_none());
+    let sky = environment.map_or(SkyLight::Smooth(sky), SkyLight::Environment);
     let camera = CameraPaths::new(params, world)?;
     let shader: Box<dyn Shader> = match params.integrator {
         Integrator::Path => {
@@ -177,8 +179,10 @@ pub(crate) fn with_shader(
                 area_lights: AreaLights::new(world.emitters(), &materials),
                 punctual_lights: PunctualLights::new(&lights),
                 weight: power_heuristic,
+                sky,
+                sky_weight: power_heuristic,
             };
-            Box::new(PathTracer::new(camera, direct, sky, params.max_bounces))
+            Box::new(PathTracer::new(camera, direct, params.max_bounces))
         }
         Integrator::Photon => {
             let lit = Lit { world, materials: &materials, lights: &lights, sky };

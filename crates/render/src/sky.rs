@@ -1,8 +1,10 @@
 //! Light from outside of the scene.
 //!
-//! The sky is found by rays that leave the scene alone: diffuse surfaces sample directions by the cosine, which
-//! for skies as smooth as these is as good as sampling the sky itself and saves its shadow rays.
+//! A sky of a color or three is found by rays that leave the scene alone: diffuse surfaces sample directions by the cosine,
+//! which for skies as smooth as these is as good as sampling the sky itself and saves its shadow rays. An environment may
+//! have a sun in it, so it is sampled too.
 
+use crate::environment::Environment;
 use glam::Vec3;
 use raystrips_geom::scene::{Light, LightKind, SceneDesc, Sky};
 
@@ -25,8 +27,25 @@ pub(crate) fn lighting(description: &SceneDesc, or_default: bool) -> (Vec<Light>
     (description.lights.clone(), description.sky.unwrap_or(Sky::Constant([0.0; 3])))
 }
 
+/// What is seen by rays that leave the scene.
+#[derive(Clone, Copy)]
+pub(crate) enum SkyLight<'a> {
+    Smooth(Sky),
+    Environment(&'a Environment),
+}
+
+impl SkyLight<'_> {
+    /// Radiance that arrives along the unit vector `dir`, which points to the sky.
+    pub fn radiance(&self, dir: Vec3) -> Vec3 {
+        match self {
+            SkyLight::Smooth(sky) => radiance(sky, dir),
+            SkyLight::Environment(environment) => environment.radiance(dir),
+        }
+    }
+}
+
 /// Radiance that arrives along the unit vector `dir`, which points to the sky.
-pub(crate) fn radiance(sky: &Sky, dir: Vec3) -> Vec3 {
+fn radiance(sky: &Sky, dir: Vec3) -> Vec3 {
     match *sky {
         Sky::Constant(radiance) => radiance.into(),
         Sky::Gradient { zenith, horizon, ground } => {

@@ -3,6 +3,7 @@
 use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use raystrips_convert::{ConvertParams, ImportOptions, Layout, PackProxies, Positions};
+use raystrips_render::ToneCurve;
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -302,6 +303,31 @@ pub enum IntegratorName {
     Normal,
 }
 
+/// Tone curves.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneName {
+    /// As they are, with highlights compressed: colors keep their hue.
+    Neutral,
+    /// AgX: little contrast, highlights fade to white as on film.
+    Agx,
+    /// ACES: much contrast.
+    Aces,
+    /// Cut at 1.
+    Clip,
+}
+
+impl ToneName {
+    /// What it stands for.
+    pub fn curve(self) -> ToneCurve {
+        match self {
+            ToneName::Neutral => ToneCurve::Neutral,
+            ToneName::Agx => ToneCurve::Agx,
+            ToneName::Aces => ToneCurve::Aces,
+            ToneName::Clip => ToneCurve::Clip,
+        }
+    }
+}
+
 /// Flags of `render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
@@ -345,9 +371,26 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub photons_nearest: u32,
 
+    /// Light from all around instead of the sky of the scene: a picture of all directions (.hdr or .exr, twice as wide as
+    /// high), whose middle is towards -z and whose upper border is +y. Lamps of the scene stay.
+    #[arg(long, value_name = "FILE")]
+    pub env: Option<PathBuf>,
+
+    /// Turn that picture about +y, counter-clockwise as seen from above.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
+    pub env_rotation: f32,
+
+    /// Make that picture so many times as bright.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_strength)]
+    pub env_strength: f32,
+
     /// Exposure of a PNG: each step doubles the light.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
+
+    /// How values beyond the range of a screen are treated in a PNG [default: neutral for light, clip for others].
+    #[arg(long, value_enum, value_name = "CURVE")]
+    pub tone: Option<ToneName>,
 
     /// In which order rays are traced. It changes the time, never the picture.
     #[arg(long, value_enum, value_name = "ORDER", default_value = "auto")]
@@ -477,6 +520,16 @@ fn parse_ratio(text: &str) -> Result<f64, String> {
 fn parse_width(text: &str) -> Result<f64, String> {
     let width = text.parse().ok().filter(|&width: &f64| width > 0.0 && width.is_finite());
     width.ok_or_else(|| format!("'{text}' is not a width above 0"))
+}
+
+fn parse_angle(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|angle: &f32| angle.is_finite());
+    angle.ok_or_else(|| format!("'{text}' is not an angle in degrees"))
+}
+
+fn parse_strength(text: &str) -> Result<f32, String> {
+    let factor = text.parse().ok().filter(|factor| (0.0..=1e6).contains(factor));
+    factor.ok_or_else(|| format!("'{text}' is not a factor from 0 to a million"))
 }
 
 fn parse_picture_size(text: &str) -> Result<(u32, u32), String> {

@@ -5,16 +5,19 @@ use crate::camera;
 use crate::files::extension;
 use crate::residency::{self, Asked, Residency};
 use crate::unfinished::{Keeping, Numbering};
+use crate::units::grouped;
 use anyhow::{Result, bail};
 use raystrips_extmem::refuse_huge_pages;
 use raystrips_pack::{Manifest, Pack};
 use raystrips_render::{
-    Curve, HitPoints, Integrator, OrderParams, Ordering, PagedWorld, PhotonParams, QueueParams, RenderOutput,
-    RenderParams, Schedule, TracedWorld, World, render_ordered, render_queued, render_tiles,
+    Curve, Environment, EnvironmentFile, HitPoints, Integrator, OrderParams, Ordering, PagedWorld,
+    PhotonParams, QueueParams, RenderOutput, RenderParams, Schedule, TracedWorld, World, render_ordered,
+    render_queued, render_tiles,
 };
 use raystrips_tracer::{GeometryBounds, PagePool, PoolCounts, Scene};
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Bytes of a chunk (Moon et al. 2010, section 6.1), and the part of the memory for pages that one may take.
 const CHUNK_BYTES: u64 = 32 << 20;
@@ -50,7 +53,12 @@ impl Pages {
 }
 
 /// Renders the pack at `path` as it is asked for.
-pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered> {
+pub fn run(
+    path: &Path,
+    args: &RenderArgs,
+    environment: Option<&EnvironmentFile>,
+    keeping: &Keeping,
+) -> Result<Rendered> {
     let threads = if args.threads == 0 { std::thread::available_parallelism()?.get() } else { args.threads };
     let asked = Asked {
         memory: args.convert.source.memory,
@@ -62,16 +70,20 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             IntegratorName::Photon => photons(args).bytes(args.bounces),
             _ => 0,
         },
+        environment_bytes: environment.map_or(0, EnvironmentFile::bytes),
         hit_proxy: ordering(args.reorder).filter(|(o, _)| o.needs_hit_points()).map(|_| args.hit_proxy),
     };
     let scratch = args.convert.source.scratch.as_deref();
     if let Some(missing) = scratch.filter(|folder| ordering(args.reorder).is_some() && !folder.is_dir()) {
         bail!("{}: no such folder for scratch files", missing.display());
     }
-    match residency::of(path, &asked)? {
+    let residency = residency::of(path, &asked)?;
+    let environment = environment.map(|file| read_environment(file, args)).transpose()?;
+    let params = |manifest: &Manifest| params(args, environment.clone(), manifest);
+    match residency {
         Residency::Whole { ray_bytes } => {
             let world = TracedWorld::new(Scene::open(path)?);
-            let params = params(args, world.scene().manifest())?;
+            let params = params(world.scene().manifest())?;
             let output = match ordering(args.reorder) {
                 None | Some((Ordering::None, _)) => {
                     let kept = (world.scene().pack(), Numbering::Tiles);
@@ -97,7 +109,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
         Residency::Paged { page_bytes, ray_bytes, side_bytes } => {
             refuse_huge_pages();
             let Some((ordering, name)) = ordering(args.reorder) else {
-                return queued(path, args, (page_bytes, ray_bytes, side_bytes), keeping);
+                return queued(path, args, &params, (page_bytes, ray_bytes, side_bytes), keeping);
             };
             let buffer_bytes = match ordering {
                 Ordering::None => 0,
@@ -105,7 +117,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
             };
             let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes, side_bytes)?);
             let pack = world.pool().pack();
-            let params = params(args, &pack.manifest)?;
+            let params = params(&pack.manifest)?;
             let hit_points = hit_points(path, args, ordering, &pack.geometry_bounds, &world)?;
             let order = order_params(args, ordering, buffer_bytes, hit_points.as_ref());
             let mut output = match ordering {
@@ -129,6 +141,7 @@ pub fn run(path: &Path, args: &RenderArgs, keeping: &Keeping) -> Result<Rendered
 fn queued(
     path: &Path,
     args: &RenderArgs,
+    params: &dyn Fn(&Manifest) -> Result<RenderParams>,
     (page_bytes, ray_bytes, side_bytes): (u64, u64, u64),
     keeping: &Keeping,
 ) -> Result<Rendered> {
@@ -136,7 +149,7 @@ fn queued(
     let part = |bytes: u64| if args.reorder == ReorderName::Chunks { bytes / 4 * 3 } else { bytes };
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
     let world = PagedWorld::new(PagePool::open(path, page_bytes, side_bytes)?);
-    let params = params(args, &world.pool().pack().manifest)?;
+    let params = params(&world.pool().pack().manifest)?;
     let process_bytes = args.convert.source.memory.unwrap_or(u64::MAX);
     let (paging, name) = match args.reorder {
         ReorderName::Chunks => {
@@ -215,7 +228,24 @@ fn has_aovs(args: &RenderArgs) -> bool {
     extension(&args.output).as_deref() == Some("exr")
 }
 
-fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
+/// Reads the environment and says what is wrong with its values.
+fn read_environment(file: &EnvironmentFile, args: &RenderArgs) -> Result<Arc<Environment>> {
+    let environment = file.read()?.turned(args.env_rotation).scaled(args.env_strength);
+    if environment.repaired() > 0 {
+        eprintln!(
+            "raystrips: warning: {}: {} values are negative or not finite and taken as 0",
+            file.path().display(),
+            grouped(environment.repaired())
+        );
+    }
+    Ok(Arc::new(environment))
+}
+
+fn params(
+    args: &RenderArgs,
+    environment: Option<Arc<Environment>>,
+    manifest: &Manifest,
+) -> Result<RenderParams> {
     Ok(RenderParams {
         integrator: match args.integrator {
             IntegratorName::Path => Integrator::Path,
@@ -231,6 +261,7 @@ fn params(args: &RenderArgs, manifest: &Manifest) -> Result<RenderParams> {
         camera: args.camera.as_deref().map(|text| camera::parse(text, manifest)).transpose()?,
         max_bounces: args.bounces,
         photons: photons(args),
+        environment,
         aovs: has_aovs(args),
         ..RenderParams::default()
     })

@@ -48,6 +48,8 @@ pub struct Asked {
     pub threads: u64,
     /// For photons.
     pub photon_bytes: u64,
+    /// For an environment.
+    pub environment_bytes: u64,
     /// What is to find approximate hit points, if they are needed.
     pub hit_proxy: Option<HitProxyName>,
 }
@@ -64,13 +66,14 @@ pub fn hit_proxy(pack: &Pack, name: HitProxyName) -> Option<ProxyKind> {
 
 /// Decides how the pack at `path` is rendered.
 pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
-    let Asked { memory, reorder, pixels, aovs, threads, photon_bytes, hit_proxy: asked_proxy } = *asked;
+    let Asked { memory, reorder, pixels, aovs, threads, photon_bytes, environment_bytes, .. } = *asked;
     let pack =
         File::open(path).map_err(raystrips_pack::PackError::from).and_then(|mut file| Pack::open(&mut file));
     let pack = pack.with_context(|| path.display().to_string())?;
-    let proxy = asked_proxy.and_then(|name| hit_proxy(&pack, name)).and_then(|kind| pack.proxy(kind));
+    let proxy = asked.hit_proxy.and_then(|name| hit_proxy(&pack, name)).and_then(|kind| pack.proxy(kind));
     let proxy_bytes = proxy.map_or(0, |(_, bytes)| bytes);
-    let taken = BASE_BYTES + pixels * Film::pixel_bytes(aovs) + proxy_bytes + photon_bytes;
+    let taken =
+        BASE_BYTES + pixels * Film::pixel_bytes(aovs) + proxy_bytes + photon_bytes + environment_bytes;
     let given = memory.or_else(spare_memory).unwrap_or(u64::MAX);
     let rays = if matches!(reorder, ReorderName::None | ReorderName::Auto) { 0 } else { LEAST_RAY_BYTES };
     let in_memory = pack.file_bytes + pack.shading.tile_bytes();

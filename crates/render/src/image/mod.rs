@@ -1,15 +1,14 @@
 //! Picture files: EXR for values, PNG for eyes.
 
+mod aces;
+mod agx;
 mod exr;
 mod png;
 mod tone;
 
 pub use tone::ToneCurve;
 
-use crate::{
-    film::Film,
-    params::{Integrator, RenderParams},
-};
+use crate::{film::Film, params::RenderParams};
 use std::{
     io,
     path::{Path, PathBuf},
@@ -34,7 +33,6 @@ impl ImageOptions {
     /// The options that suit a picture rendered with `params`: a tone curve for light only, and the parameters
     /// that decide on the picture as metadata.
     pub fn for_render(params: &RenderParams) -> ImageOptions {
-        let is_light = params.integrator == Integrator::Path;
         let metadata = [
             ("integrator", params.integrator.to_string()),
             ("spp", params.spp.to_string()),
@@ -43,7 +41,7 @@ impl ImageOptions {
         ];
         ImageOptions {
             exposure: 1.0,
-            tone_curve: if is_light { ToneCurve::Neutral } else { ToneCurve::Clip },
+            tone_curve: if params.integrator.is_light() { ToneCurve::Neutral } else { ToneCurve::Clip },
             aovs: params.aovs,
             metadata: metadata.map(|(key, value)| (key.to_string(), value)).into(),
         }

@@ -1,5 +1,6 @@
 //! From linear light to what a screen can show.
 
+use super::{aces, agx};
 use glam::Vec3;
 
 /// How values beyond the range of a screen are treated.
@@ -12,6 +13,11 @@ pub enum ToneCurve {
     /// specular reflection that diffuse surfaces do not have.
     #[default]
     Neutral,
+    /// AgX with its base look (Sobotka 2022): 16.5 stops, and highlights of any hue end in white.
+    Agx,
+    /// The look of the Academy Color Encoding System for a screen, as fitted by Stephen Hill: much contrast, bright
+    /// colors change their hue.
+    Aces,
 }
 
 impl ToneCurve {
@@ -20,6 +26,8 @@ impl ToneCurve {
         let compressed = match self {
             ToneCurve::Clip => rgb,
             ToneCurve::Neutral => compress_highlights(rgb),
+            ToneCurve::Agx => agx::apply(rgb),
+            ToneCurve::Aces => aces::apply(rgb),
         };
         compressed.clamp(Vec3::ZERO, Vec3::ONE)
     }
@@ -64,6 +72,22 @@ mod tests {
         assert!(values.is_sorted() && values[999] <= 1.0);
         let hot = ToneCurve::Neutral.apply(Vec3::new(50.0, 5.0, 0.5));
         assert!(hot.x > hot.y && hot.y > hot.z && luminance(hot) > 0.6);
+    }
+
+    #[test]
+    fn every_curve_is_increasing_and_bounded() {
+        for curve in [ToneCurve::Clip, ToneCurve::Neutral, ToneCurve::Agx, ToneCurve::Aces] {
+            let values: Vec<f32> =
+                (0..400).map(|i| curve.apply(Vec3::splat(1e-4 * 1.05f32.powi(i))).y).collect();
+            assert!(values.is_sorted(), "{curve:?}");
+            assert!(values[0] < 1e-3 && values[399] > 0.96, "{curve:?}: {} to {}", values[0], values[399]);
+            for odd in
+                [Vec3::ZERO, Vec3::splat(f32::MAX), Vec3::new(1e9, 0.0, 0.0), Vec3::new(0.0, 0.0, 1e-30)]
+            {
+                let shown = curve.apply(odd);
+                assert!(shown.cmpge(Vec3::ZERO).all() && shown.cmple(Vec3::ONE).all(), "{curve:?} of {odd}");
+            }
+        }
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //! Rendering", 3rd edition).
 //!
 //! At each surface one point of the area lights and one punctual light are sampled, and the path goes on in a
-//! direction sampled as the surface scatters. Area lights are found both ways and weighted by multiple importance
-//! sampling; the sky only by directions, punctual lights only by sampling. Lights are not sampled through surfaces, nor
+//! direction sampled as the surface scatters. Area lights and an environment are found both ways and weighted by multiple
+//! importance sampling; other skies only by directions, punctual lights only by sampling. Lights are not sampled through surfaces, nor
 //! for smooth ones: what goes there counts in full.
 //!
 //! Partly opaque surfaces let a path pass by chance, and shadow rays too. Of partly opaque strands the tracer decides which
@@ -14,11 +14,10 @@ use crate::{
     bsdf::Bsdf,
     camera::CameraPaths,
     interaction::SurfaceInteraction,
-    sky,
     wave::{Path, ShadeOutput},
 };
 use glam::Vec3;
-use raystrips_geom::{Ray, scene::Sky};
+use raystrips_geom::Ray;
 
 /// Russian roulette spares this many reflections: they carry most of the light.
 const ROULETTE_START: u32 = 3;
@@ -30,13 +29,12 @@ pub(crate) const MAX_PASSED: u32 = 256;
 pub(crate) struct PathTracer<'a> {
     pub camera: CameraPaths,
     pub direct: DirectLight<'a>,
-    pub sky: Sky,
     pub max_bounces: u32,
 }
 
 impl<'a> PathTracer<'a> {
-    pub fn new(camera: CameraPaths, direct: DirectLight<'a>, sky: Sky, max_bounces: u32) -> PathTracer<'a> {
-        PathTracer { camera, direct, sky, max_bounces }
+    pub fn new(camera: CameraPaths, direct: DirectLight<'a>, max_bounces: u32) -> PathTracer<'a> {
+        PathTracer { camera, direct, max_bounces }
     }
 
     /// An opaque surface: what it emits, what it reflects of lamps, and the ray that finds the rest.
@@ -55,7 +53,8 @@ impl<'a> PathTracer<'a> {
         if bsdf.is_black() || path.bounces >= self.max_bounces {
             return None;
         }
-        self.direct.add(path, hit, &bsdf, out);
+        self.direct.add_lamps(path, hit, &bsdf, out);
+        self.direct.add_sky(path, hit, &bsdf, out);
         self.scatter(path, hit, &bsdf)
     }
 
@@ -123,7 +122,7 @@ impl Shader for PathTracer<'_> {
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
         let Some(hit) = hit else {
-            out.add(path, path.throughput * sky::radiance(&self.sky, ray.dir));
+            out.add(path, path.throughput * self.direct.sky_found(ray.dir, path.scatter_pdf));
             return None;
         };
         path.throughput *= hit.transmittance();

@@ -1,6 +1,6 @@
 //! Where photons begin: each light sends out as many as its share of the power.
 
-use crate::{color::luminance, lights::AreaLights, sky};
+use crate::{color::luminance, lights::AreaLights, sky::SkyLight};
 use glam::{DVec3, Vec3};
 use raystrips_geom::{
     Aabb, Ray,
@@ -12,7 +12,7 @@ use std::f32::consts::{PI, TAU};
 pub(super) struct Emission<'a> {
     area_lights: AreaLights<'a>,
     lights: &'a [Light],
-    sky: Sky,
+    sky: SkyLight<'a>,
     center: Vec3,
     radius: f32,
     /// Power up to and including each of: area lights together, the sky, each light without a surface.
@@ -28,7 +28,12 @@ pub(super) struct Numbers {
 }
 
 impl<'a> Emission<'a> {
-    pub fn new(area_lights: AreaLights<'a>, lights: &'a [Light], sky: Sky, bounds: &Aabb) -> Emission<'a> {
+    pub fn new(
+        area_lights: AreaLights<'a>,
+        lights: &'a [Light],
+        sky: SkyLight<'a>,
+        bounds: &Aabb,
+    ) -> Emission<'a> {
         let (center, radius) = match bounds.is_empty() {
             true => (Vec3::ZERO, 0.0),
             false => (bounds.center(), 0.5 * bounds.diagonal()),
@@ -38,7 +43,10 @@ impl<'a> Emission<'a> {
         let own = lights
             .iter()
             .map(|light| f64::from(luminance(Vec3::from(light.intensity)) * spread(light, disc)));
-        let sky_power = f64::from(luminance(mean(&sky)) * 4.0 * PI * disc);
+        let sky_power = match &sky {
+            SkyLight::Smooth(sky) => f64::from(luminance(mean(sky)) * 4.0 * PI * disc),
+            SkyLight::Environment(environment) => environment.total_luminance() * f64::from(disc),
+        };
         let powers = [f64::from(PI) * area_lights.total_power(), sky_power].into_iter().chain(own);
         let cumulative = powers.scan(0.0, |sum, power| {
             *sum += finite(power);
@@ -57,18 +65,24 @@ impl<'a> Emission<'a> {
         let probability = (self.cumulative.get(i)? - before) / total;
         let (ray, power) = match i {
             0 => self.area_lights.emit(numbers.place, numbers.choice[1], numbers.direction)?,
-            1 => self.of_sky(numbers),
+            1 => self.of_sky(numbers)?,
             _ => self.of_light(&self.lights[i - 2], numbers)?,
         };
         Some((ray, power / probability as f32))
     }
 
-    fn of_sky(&self, numbers: &Numbers) -> (Ray, Vec3) {
-        let to_sky = on_sphere(numbers.direction, -1.0);
-        (
-            self.through_disc(-to_sky, numbers.place),
-            sky::radiance(&self.sky, to_sky) * (4.0 * PI * self.disc()),
-        )
+    fn of_sky(&self, numbers: &Numbers) -> Option<(Ray, Vec3)> {
+        let (to_sky, power) = match self.sky {
+            SkyLight::Smooth(_) => {
+                let to_sky = on_sphere(numbers.direction, -1.0);
+                (to_sky, self.sky.radiance(to_sky) * (4.0 * PI * self.disc()))
+            }
+            SkyLight::Environment(environment) => {
+                let light = environment.sample(numbers.direction)?;
+                (light.wi, light.radiance * (self.disc() / light.pdf))
+            }
+        };
+        Some((self.through_disc(-to_sky, numbers.place), power))
     }
 
     fn of_light(&self, light: &Light, numbers: &Numbers) -> Option<(Ray, Vec3)> {
@@ -136,6 +150,7 @@ fn mean(sky: &Sky) -> Vec3 {
 mod tests {
     use super::*;
     use crate::{
+        environment::Environment,
         material::Materials,
         sampler::PathSampler,
         testing::{BruteWorld, lamp, quad},
@@ -163,13 +178,17 @@ mod tests {
             let area = AreaLights::new(world.emitters(), &materials);
             mean_power(&Emission::new(area, lights, sky, &world.bounds()))
         };
-        let dark = Sky::Constant([0.0; 3]);
+        let constant = |radiance: f32| SkyLight::Smooth(Sky::Constant([radiance; 3]));
+        let dark = constant(0.0);
         let area = Vec3::new(1.0, 2.0, 3.0) * (2.0 * PI);
         assert!((of(&[], dark) - area).abs().max_element() < 0.01);
         let both = area + Vec3::new(5.0, 1.0, 0.0) * (4.0 * PI);
         assert!(((of(&point, dark) - both) / both.max(Vec3::ONE)).abs().max_element() < 0.02);
         // A radius of half the root of five.
-        let sky = of(&[], Sky::Constant([1.0; 3])) - area;
-        assert!((sky / (4.0 * PI * PI * 1.25) - 1.0).abs().max_element() < 0.02, "{sky}");
+        let even = Environment::new(3, 2, vec![[1.0; 3]; 6]);
+        for sky in [constant(1.0), SkyLight::Environment(&even)] {
+            let sky = of(&[], sky) - area;
+            assert!((sky / (4.0 * PI * PI * 1.25) - 1.0).abs().max_element() < 0.02, "{sky}");
+        }
     }
 }

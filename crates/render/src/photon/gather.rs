@@ -7,11 +7,10 @@ use crate::{
     camera::CameraPaths,
     integrator::{DirectLight, MAX_PASSED, Pair, Shader},
     interaction::SurfaceInteraction,
-    sky,
     wave::{Path, ShadeOutput},
 };
 use glam::Vec3;
-use raystrips_geom::{Ray, scene::Sky};
+use raystrips_geom::Ray;
 
 /// What photons are gathered from.
 pub(super) struct Gather<'a> {
@@ -19,7 +18,6 @@ pub(super) struct Gather<'a> {
     nearest: u32,
     most_radius: f32,
     direct: DirectLight<'a>,
-    sky: Sky,
     max_bounces: u32,
 }
 
@@ -36,10 +34,9 @@ impl<'a> Gather<'a> {
         maps: PhotonMaps,
         (nearest, most_radius): (u32, f32),
         direct: DirectLight<'a>,
-        sky: Sky,
         max_bounces: u32,
     ) -> Gather<'a> {
-        Gather { maps, nearest, most_radius, direct, sky, max_bounces }
+        Gather { maps, nearest, most_radius, direct, max_bounces }
     }
 
     pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
@@ -82,11 +79,14 @@ impl<'a> Gather<'a> {
         if bsdf.is_diffuse() {
             out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
             if is_seen {
-                self.direct.add(path, hit, &bsdf, out);
+                self.direct.add_lamps(path, hit, &bsdf, out);
             }
         }
         if path.bounces >= self.max_bounces || bsdf.is_black() {
             return None;
+        }
+        if is_seen && bsdf.is_diffuse() {
+            self.direct.add_sky(path, hit, &bsdf, out);
         }
         let scattered = bsdf.sample(Pair::Direction.of(path), Pair::PunctualLight.of(path)[1])?;
         if !hit.leaves(scattered.wi, scattered.is_transmitted) {
@@ -127,7 +127,7 @@ impl Shader for CameraGather<'_> {
         let Some(hit) = hit else {
             // Light of the sky by mirrors or through glass is that of caustic photons.
             if path.scatter_pdf != Some(0.0) {
-                out.add(path, path.throughput * sky::radiance(&self.gather.sky, ray.dir));
+                out.add(path, path.throughput * self.gather.direct.sky_found(ray.dir, path.scatter_pdf));
             }
             return None;
         };

@@ -18,12 +18,14 @@ use crate::{
     material::Materials,
     params::{RenderError, RenderParams},
     render::{Part, RenderProgress, Watch},
+    sampling::power_heuristic,
+    sky::SkyLight,
     unfinished::Unfinished,
     world::World,
 };
 use emission::Emission;
 use gather::Gather;
-use raystrips_geom::scene::{Light, Sky};
+use raystrips_geom::scene::Light;
 use tracer::PhotonTracer;
 
 /// How photons are used.
@@ -71,7 +73,7 @@ pub(crate) struct Lit<'a> {
     pub world: &'a dyn World,
     pub materials: &'a Materials,
     pub lights: &'a [Light],
-    pub sky: Sky,
+    pub sky: SkyLight<'a>,
 }
 
 /// Renders all passes, from where it was left until it is finished or `watch` wants a pause. `drive` finds the light of the
@@ -145,8 +147,10 @@ fn send_photons<'a>(
         area_lights: area_lights(),
         punctual_lights: PunctualLights::new(lit.lights),
         weight: |_, _| 1.0,
+        sky: lit.sky,
+        sky_weight: power_heuristic,
     };
-    Ok(Gather::new(maps, estimate, direct, lit.sky, params.max_bounces))
+    Ok(Gather::new(maps, estimate, direct, params.max_bounces))
 }
 
 /// Photons have random numbers of their own in every pass.

@@ -9,6 +9,7 @@ use crate::{
     params::{Integrator, RenderParams},
     render::{Watch, render},
     sampling::power_heuristic,
+    sky::SkyLight,
     testing::{cornell_box, render_quietly, render_tiles_with},
     unfinished::Unfinished,
     wave::Tile,
@@ -51,8 +52,9 @@ fn order_of_tiles_changes_nothing() {
             area_lights: AreaLights::new(world.emitters(), &materials),
             punctual_lights: PunctualLights::new(&[]),
             weight: power_heuristic,
+            sky: SkyLight::Smooth(Sky::Constant([0.0; 3])),
+            sky_weight: power_heuristic,
         },
-        Sky::Constant([0.0; 3]),
         params.max_bounces,
     );
     let picture = |tiles: &[Tile]| render_tiles_with(&world, &params, (&materials, &shader), tiles);

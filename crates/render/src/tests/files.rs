@@ -99,3 +99,16 @@ fn data_has_no_tone_curve() {
     let params = RenderParams { integrator: Integrator::Normal, ..RenderParams::default() };
     assert_eq!(ImageOptions::for_render(&params).tone_curve, ToneCurve::Clip);
 }
+
+#[test]
+fn light_gets_a_tone_curve_and_data_none() {
+    let curve = |integrator| {
+        ImageOptions::for_render(&RenderParams { integrator, ..RenderParams::default() }).tone_curve
+    };
+    for integrator in [Integrator::Path, Integrator::Photon] {
+        assert_eq!(curve(integrator), ToneCurve::Neutral);
+    }
+    for integrator in [Integrator::Ao, Integrator::Normal] {
+        assert_eq!(curve(integrator), ToneCurve::Clip);
+    }
+}

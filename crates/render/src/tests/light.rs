@@ -7,6 +7,7 @@ use crate::{
     material::Materials,
     params::RenderParams,
     sampling::power_heuristic,
+    sky::SkyLight,
     testing::{
         BruteWorld, box_walls, cornell_box, lamp, matte, mean, probe, quad, render_quietly,
         render_tiles_with, reversed,
@@ -134,9 +135,11 @@ fn strategies_agree() {
             area_lights: AreaLights::new(crate::World::emitters(&world), &materials),
             punctual_lights: PunctualLights::new(&[]),
             weight,
+            sky: SkyLight::Smooth(Sky::Constant([0.0; 3])),
+            sky_weight: weight,
         };
         let camera = CameraPaths::new(&params, &world).unwrap();
-        let shader = PathTracer::new(camera, direct, Sky::Constant([0.0; 3]), params.max_bounces);
+        let shader = PathTracer::new(camera, direct, params.max_bounces);
         let tiles = Tile::cover(params.width, params.height);
         mean(&render_tiles_with(&world, &params, (&materials, &shader), &tiles))
     };

@@ -1,6 +1,7 @@
 //! Tests of whole pictures against what is known of them.
 
 mod determinism;
+mod environment;
 mod files;
 mod integrators;
 mod light;

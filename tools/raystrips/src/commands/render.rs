@@ -1,6 +1,6 @@
 //! `raystrips render`.
 
-use crate::args::RenderArgs;
+use crate::args::{RenderArgs, ToneName};
 use crate::files::{check_output, extension, write_whole};
 use crate::progress::render_bar;
 use crate::rendering::{self, Pages, Rendered};
@@ -9,10 +9,10 @@ use crate::units::grouped;
 use crate::{cache, interrupt};
 use anyhow::{Result, bail};
 use raystrips_extmem::peak_process_memory;
-use raystrips_render::{ImageOptions, RenderOutput, RenderProgress, write_image};
+use raystrips_render::{EnvironmentFile, ImageOptions, RenderOutput, RenderProgress, write_image};
 use serde_json::json;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Renders a picture.
@@ -21,18 +21,22 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     if !matches!(extension(&args.output).as_deref(), Some("exr" | "png")) {
         bail!("{}: a picture's name must end in .exr or .png", args.output.display());
     }
+    let inputs: Vec<&Path> = [&args.input].into_iter().chain(&args.env).map(PathBuf::as_path).collect();
     for output in args.stats.iter().chain([&args.output]) {
-        check_output(output, &[&args.input])?;
+        check_output(output, &inputs)?;
     }
+    let environment = args.env.as_deref().map(EnvironmentFile::open).transpose()?;
     interrupt::watch()?;
     let pack = pack_of(args)?;
     let bar = render_bar(u64::from(args.size.0) * u64::from(args.size.1) * u64::from(args.spp));
     let progress = |progress: RenderProgress| bar.set_position(progress.samples_done);
     let every = Duration::from_secs(args.keep_every);
     let keeping = Keeping::new(&args.output, every, args.convert.source.restart, &progress)?;
-    let Rendered { params, output, pages } = rendering::run(&pack, args, &keeping)?;
+    let Rendered { params, output, pages } = rendering::run(&pack, args, environment.as_ref(), &keeping)?;
     bar.finish_and_clear();
-    let options = ImageOptions { exposure: args.exposure.exp2(), ..ImageOptions::for_render(&params) };
+    let usual = ImageOptions::for_render(&params);
+    let tone_curve = args.tone.map_or(usual.tone_curve, ToneName::curve);
+    let options = ImageOptions { exposure: args.exposure.exp2(), tone_curve, ..usual };
     write_image(&args.output, &output.film, &options)?;
     keeping.remove()?;
     if let Some(path) = &args.stats {
