@@ -9,6 +9,7 @@ mod convert;
 mod corpus;
 mod damage;
 mod direct_light;
+mod environment;
 mod far_away;
 mod hair;
 mod interrupt;

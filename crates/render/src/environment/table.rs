@@ -4,6 +4,8 @@
 //! Rows are cut by the angle from above, as those of the picture, but a place within a cell is even over solid angle: a row
 //! is cut by the cosine. Densities over solid angle are then those of cells, without a sine that vanishes at the poles.
 //!
+//! A part is looked for from where a guide of as many entries says, which takes two steps in the mean (Chen and Asau 1974).
+//!
 //! Sums are multiples of 2^-24, as random numbers are, so each cell is found exactly as often as its density says. What has
 //! less than half of that of its row is never found, and left to rays that find it by chance.
 
@@ -25,12 +27,21 @@ pub(super) struct Table {
     rows: usize,
     /// Cosines of the angle from above between rows.
     cosines: Vec<f64>,
-    /// Share of the rows up to and including each.
-    row_sums: Vec<u32>,
-    /// Share of the cells of a row up to and including each.
-    cell_sums: Vec<u32>,
+    /// Of rows.
+    row_shares: Shares,
+    /// Of the cells of each row.
+    cell_shares: Shares,
     /// Integral of luminance over solid angle.
     total: f64,
+}
+
+/// Lists of as many parts each, that all are shares of 1.
+#[derive(Clone)]
+struct Shares {
+    /// Those of a list up to and including each.
+    sums: Vec<u32>,
+    /// For as many even steps to 1 as there are parts, the first part that ends behind it.
+    guide: Vec<u16>,
 }
 
 /// A place found.
@@ -52,8 +63,8 @@ impl Table {
             columns,
             rows,
             cosines: (0..=rows).map(|row| cosine(row as f64 / rows as f64)).collect(),
-            row_sums: Vec::new(),
-            cell_sums: Vec::with_capacity(columns * rows),
+            row_shares: Shares::with_capacity(rows),
+            cell_shares: Shares::with_capacity(columns * rows),
             total: 0.0,
         };
         let mut lines = Lines { width, height, texels };
@@ -65,17 +76,17 @@ impl Table {
                 lines.add_to(y, angle * TAU, &mut cells);
             }
             row_masses.push(cells.iter().sum());
-            push_sums(&mut table.cell_sums, &cells);
+            table.cell_shares.push(&cells);
         }
         table.total = row_masses.iter().sum();
-        push_sums(&mut table.row_sums, &row_masses);
+        table.row_shares.push(&row_masses);
         table
     }
 
     /// Bytes of the table of a picture of this size.
     pub fn bytes_of(width: usize, height: usize) -> u64 {
         let (columns, rows) = size(width, height);
-        (columns * rows * size_of::<u32>()) as u64
+        (columns * rows * (size_of::<u32>() + size_of::<u16>())) as u64
     }
 
     pub fn total(&self) -> f64 {
@@ -84,8 +95,8 @@ impl Table {
 
     /// A place for two random numbers; `None` if all is dark.
     pub fn sample(&self, [u, v]: [f32; 2]) -> Option<Found> {
-        let (row, down) = pick(&self.row_sums, v)?;
-        let (column, along) = pick(self.cells_of(row), u)?;
+        let (row, down) = self.row_shares.pick(0, self.rows, v)?;
+        let (column, along) = self.cell_shares.pick(row, self.columns, u)?;
         let [top, bottom] = [self.cosines[row], self.cosines[row + 1]];
         let cosine = top + (bottom - top) * down;
         Some(Found {
@@ -102,13 +113,10 @@ impl Table {
         self.cell_pdf(cell(v, self.rows), cell(u, self.columns))
     }
 
-    fn cells_of(&self, row: usize) -> &[u32] {
-        &self.cell_sums[row * self.columns..][..self.columns]
-    }
-
     fn cell_pdf(&self, row: usize, column: usize) -> f32 {
-        let share = |sums: &[u32], i: usize| f64::from(sums[i] - before(sums, i)) / f64::from(ONE);
-        let probability = share(&self.row_sums, row) * share(self.cells_of(row), column);
+        let share = |[begin, end]: [u32; 2]| f64::from(end - begin) / f64::from(ONE);
+        let of_row = share(self.row_shares.part(0, self.rows, row));
+        let probability = of_row * share(self.cell_shares.part(row, self.columns, column));
         let solid_angle = (self.cosines[row] - self.cosines[row + 1]) * TAU / self.columns as f64;
         (probability / solid_angle) as f32
     }
@@ -119,28 +127,47 @@ fn size(width: usize, height: usize) -> (usize, usize) {
     (width.min(MOST_COLUMNS), height.min(MOST_ROWS))
 }
 
-fn before(sums: &[u32], i: usize) -> u32 {
-    if i == 0 { 0 } else { sums[i - 1] }
-}
+impl Shares {
+    fn with_capacity(parts: usize) -> Shares {
+        Shares { sums: Vec::with_capacity(parts), guide: Vec::with_capacity(parts) }
+    }
 
-/// Which of the parts with these sums a random number falls on, and where in it, in (0, 1).
-fn pick(sums: &[u32], u: f32) -> Option<(usize, f64)> {
-    let target = (u * ONE as f32) as u32;
-    let i = sums.partition_point(|&sum| sum <= target);
-    let (begin, end) = (before(sums, i), *sums.get(i)?);
-    Some((i, (f64::from(target - begin) + 0.5) / f64::from(end - begin)))
-}
+    /// Appends a list of parts with these masses.
+    fn push(&mut self, masses: &[f64]) {
+        let (begin, count) = (self.sums.len(), masses.len());
+        let total: f64 = masses.iter().sum();
+        let scale = if total > 0.0 { f64::from(ONE) / total } else { 0.0 };
+        let mut sum = 0.0;
+        self.sums.extend(masses.iter().map(|mass| {
+            sum += mass;
+            // What rounding leaves of the sum is less than half of a unit.
+            (sum * scale).round() as u32
+        }));
+        let sums = &self.sums[begin..];
+        let mut part = 0;
+        self.guide.extend((0..count).map(|step| {
+            let from = (step as u64 * u64::from(ONE)).div_ceil(count as u64);
+            part += sums[part..].iter().take_while(|&&sum| u64::from(sum) <= from).count();
+            part as u16
+        }));
+    }
 
-/// Appends sums of masses, as shares of all of them.
-fn push_sums(sums: &mut Vec<u32>, masses: &[f64]) {
-    let total: f64 = masses.iter().sum();
-    let scale = if total > 0.0 { f64::from(ONE) / total } else { 0.0 };
-    let mut sum = 0.0;
-    sums.extend(masses.iter().map(|mass| {
-        sum += mass;
-        // Sums in another order differ in their last bits.
-        ((sum * scale).round() as u32).min(ONE)
-    }));
+    /// Where part `i` of a list of `count` begins and ends.
+    fn part(&self, list: usize, count: usize, i: usize) -> [u32; 2] {
+        let at = list * count + i;
+        [if i == 0 { 0 } else { self.sums[at - 1] }, self.sums[at]]
+    }
+
+    /// Which part of a list a random number falls on, and where in it, in (0, 1). `None` in a list without mass.
+    fn pick(&self, list: usize, count: usize, u: f32) -> Option<(usize, f64)> {
+        let target = (u * ONE as f32) as u32;
+        let step = (u64::from(target) * count as u64 / u64::from(ONE)) as usize;
+        let first = usize::from(self.guide[list * count + step]);
+        let sums = &self.sums[list * count..][..count];
+        let i = first + sums[first..].iter().position(|&sum| sum > target)?;
+        let [begin, end] = self.part(list, count, i);
+        Some((i, (f64::from(target - begin) + 0.5) / f64::from(end - begin)))
+    }
 }
 
 /// The parts out of `parts` that part `i` of `count` overlaps: which, and from where to where, as shares of the whole.

@@ -51,10 +51,13 @@ impl DirectLight<'_> {
         let SkyLight::Environment(environment) = self.sky else { return };
         let Some(light) = environment.sample(Pair::Sky.of(path)) else { return };
         let cosine = hit.shading_n.dot(light.wi);
-        if cosine > 0.0 && hit.leaves(light.wi, false) {
-            let (reflected, pdf) = bsdf.evaluate(light.wi);
+        if cosine <= 0.0 || !hit.leaves(light.wi, false) {
+            return;
+        }
+        let (reflected, pdf) = bsdf.evaluate(light.wi);
+        if reflected != Vec3::ZERO {
             let scale = cosine * (self.sky_weight)(light.pdf, pdf) / light.pdf;
-            let contribution = path.throughput * reflected * light.radiance * scale;
+            let contribution = path.throughput * reflected * environment.radiance(light.wi) * scale;
             out.add_unless_occluded(path, hit.point.spawn(hit.n, light.wi), contribution);
         }
     }
@@ -62,12 +65,12 @@ impl DirectLight<'_> {
     /// Light of the sky that a ray along `dir` finds, as far as it is found so. `scatter_pdf`: the density of the direction,
     /// where it could have been sampled for its light too.
     pub fn sky_found(&self, dir: Vec3, scatter_pdf: Option<f32>) -> Vec3 {
-        let radiance = self.sky.radiance(dir);
         match (self.sky, scatter_pdf) {
             (SkyLight::Environment(environment), Some(scatter_pdf)) => {
-                radiance * (1.0 - (self.sky_weight)(environment.pdf(dir), scatter_pdf))
+                let (radiance, pdf) = environment.radiance_and_pdf(dir);
+                radiance * (1.0 - (self.sky_weight)(pdf, scatter_pdf))
             }
-            _ => radiance,
+            (sky, _) => sky.radiance(dir),
         }
     }
 

@@ -79,7 +79,7 @@ impl<'a> Emission<'a> {
             }
             SkyLight::Environment(environment) => {
                 let light = environment.sample(numbers.direction)?;
-                (light.wi, light.radiance * (self.disc() / light.pdf))
+                (light.wi, environment.radiance(light.wi) * (self.disc() / light.pdf))
             }
         };
         Some((self.through_disc(-to_sky, numbers.place), power))
