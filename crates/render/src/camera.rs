@@ -67,8 +67,8 @@ pub(crate) struct CameraPaths {
     seed: u64,
     /// Number of what is sample 0 here.
     first_sample: u32,
-    /// Width of a pixel at distance 1; 0 where all pixels are of one size.
-    spread: f32,
+    /// Width of a pixel at the camera, and how much wider it is at distance 1.
+    extent: [f32; 2],
 }
 
 impl CameraPaths {
@@ -81,8 +81,9 @@ impl CameraPaths {
         let camera = camera.unwrap_or_else(|| frame_bounds(&world.bounds(), params.aspect()));
         let camera = CameraRays::new(&camera, params.aspect())?;
         let &RenderParams { width, height, seed, .. } = params;
-        let spread = if camera.orthographic { 0.0 } else { 2.0 * camera.up.length() / height as f32 };
-        Ok(CameraPaths { camera, width, height, seed, first_sample: 0, spread })
+        let extent = 2.0 * camera.up.length() / height as f32;
+        let extent = if camera.orthographic { [extent, 0.0] } else { [0.0, extent] };
+        Ok(CameraPaths { camera, width, height, seed, first_sample: 0, extent })
     }
 
     /// The same with other samples.
@@ -97,7 +98,8 @@ impl CameraPaths {
         let [u, v] = sampler.get_2d(0);
         let along = |pixel: u32, u: f32, extent: u32| 2.0 * (pixel as f32 + u) / extent as f32 - 1.0;
         let ray = self.camera.ray(along(x, u, self.width), -along(y, v, self.height));
-        (ray, Path { spread: self.spread, ..Path::new(pixel, sampler, Vec3::ONE) })
+        let [width, spread] = self.extent;
+        (ray, Path { width, spread, ..Path::new(pixel, sampler, Vec3::ONE) })
     }
 }
 

@@ -32,7 +32,7 @@ impl Deposits {
 
     /// The first surface of a path.
     pub fn add_first_hit(&mut self, path: &Path, hit: &SurfaceInteraction) {
-        let (depth, albedo) = (path.distance + hit.distance, hit.material.albedo);
+        let (depth, albedo) = (path.straight + hit.distance, hit.material.albedo);
         self.first_hits.push(FirstHit { pixel: path.pixel, depth, albedo, normal: hit.shading_n });
     }
 

@@ -65,7 +65,7 @@ impl Seen<'_> {
             attributes: interpolated(corners, surface.u, surface.v),
             tex_coords: corners.map(|corner| corner.tex_coords),
             edges: [positions[1] - positions[0], positions[2] - positions[0]],
-            width: self.path.spread * (self.path.distance + distance),
+            width: self.path.width_at(distance),
         };
         let found = self.materials.at(surface.geometry, &place)?;
         (interaction.material, interaction.alpha) = (found.material, found.alpha);

@@ -15,7 +15,7 @@ pub(crate) struct WaitingPath {
     pub scatter_pdf: f32,
     pub segment: u32,
     pub passed: u32,
-    pub distance: f32,
+    pub width: f32,
     pub spread: f32,
     pub straight: f32,
 }
@@ -30,7 +30,7 @@ impl WaitingPath {
             segment,
             bounces,
             passed,
-            distance,
+            width,
             spread,
             straight,
         } = path;
@@ -45,7 +45,7 @@ impl WaitingPath {
             scatter_pdf: scatter_pdf.unwrap_or(f32::NAN),
             segment,
             passed,
-            distance,
+            width,
             spread,
             straight,
         }
@@ -56,8 +56,8 @@ impl WaitingPath {
         self.segment == Path::SHADOW
     }
 
-    /// The path again, of a picture with `width` pixels in a row and this seed.
-    pub fn path(&self, width: u32, seed: u64) -> Path {
+    /// The path again, of a picture with `picture_width` pixels in a row and this seed.
+    pub fn path(&self, picture_width: u32, seed: u64) -> Path {
         let &WaitingPath {
             pixel,
             sample_index,
@@ -65,19 +65,19 @@ impl WaitingPath {
             scatter_pdf,
             segment,
             passed,
-            distance,
+            width,
             spread,
             straight,
         } = self;
         Path {
             pixel,
-            sampler: PathSampler::new([pixel % width, pixel / width], sample_index, seed),
+            sampler: PathSampler::new([pixel % picture_width, pixel / picture_width], sample_index, seed),
             throughput,
             scatter_pdf: (!scatter_pdf.is_nan()).then_some(scatter_pdf),
             segment,
             bounces: segment - passed,
             passed,
-            distance,
+            width,
             spread,
             straight,
         }

@@ -61,9 +61,9 @@ pub(crate) struct Path {
     pub bounces: u32,
     /// Partly opaque surfaces that the path passed.
     pub passed: u32,
-    /// Distance traveled before the current ray.
-    pub distance: f32,
-    /// What is seen at once is so many times as wide as far away.
+    /// How wide what is seen at once is where the current ray begins, in scene units.
+    pub width: f32,
+    /// How much wider it is for each unit of length from there.
     pub spread: f32,
     /// Distance from the surface that reflected the path last, past others, to where the current ray begins.
     pub straight: f32,
@@ -72,7 +72,7 @@ pub(crate) struct Path {
 impl Path {
     /// A path that begins with so much light, or importance.
     pub fn new(pixel: u32, sampler: PathSampler, throughput: Vec3) -> Path {
-        let (scatter_pdf, distance) = (None, 0.0);
+        let scatter_pdf = None;
         Path {
             pixel,
             sampler,
@@ -81,7 +81,7 @@ impl Path {
             segment: 0,
             bounces: 0,
             passed: 0,
-            distance,
+            width: 0.0,
             spread: 0.0,
             straight: 0.0,
         }
@@ -99,6 +99,16 @@ impl Path {
     /// True if it is a shadow ray.
     pub fn is_shadow(&self) -> bool {
         self.segment == Path::SHADOW
+    }
+
+    /// How wide what is seen at once is at a distance along the current ray.
+    pub fn width_at(&self, distance: f32) -> f32 {
+        self.width + self.spread * distance
+    }
+
+    /// Comes to the end of the current ray.
+    pub fn widen(&mut self, hit: Option<&SurfaceInteraction>) {
+        self.width = hit.map_or(self.width, |hit| self.width_at(hit.distance));
     }
 }
 
@@ -252,8 +262,8 @@ impl Wave {
             let path = &mut self.paths[path_index as usize];
             let place = Seen { world: context.world, materials: context.materials, ray, path };
             let hit = place.surface(&self.hits[i], &self.surfaces[i])?;
+            path.widen(hit.as_ref());
             let next = follow(context.shader, path, ray, hit.as_ref(), &mut out);
-            path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(next) = next {
                 self.stats.count(path);
                 self.next.push(next, path_index);
@@ -314,5 +324,14 @@ mod tests {
             }
             assert!(seen.iter().all(|&count| count == 1));
         }
+    }
+
+    #[test]
+    fn what_scatters_spreads_the_view_from_there_on() {
+        let mut path = Path { spread: 0.001, ..Path::new(0, PathSampler::new([0; 2], 0, 0), Vec3::ONE) };
+        path.width = path.width_at(1000.0);
+        path.spread = 0.5;
+        // However far the camera is, near a rough surface little is blurred.
+        assert!((path.width_at(0.1) - 1.05).abs() < 1e-6);
     }
 }

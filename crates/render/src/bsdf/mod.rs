@@ -58,8 +58,8 @@ struct Lobes {
     facets: Option<Ggx>,
     /// What reflection by a metal is multiplied by, for light that facets reflect to each other.
     compensation: Vec3,
-    /// Probabilities with which reflection, diffuse reflection and transmission are chosen.
-    choice: [f32; 3],
+    /// Probabilities with which the boundary and diffuse reflection below it are chosen.
+    choice: [f32; 2],
 }
 
 impl<'a> Bsdf<'a> {
@@ -80,7 +80,7 @@ impl<'a> Bsdf<'a> {
     /// True where light is spread so widely that it can be told from the photons of a place.
     pub fn is_diffuse(&self) -> bool {
         let Some(lobes) = &self.lobes else { return self.material.albedo != Vec3::ZERO };
-        let is_rough = self.material.alpha_ggx >= DIFFUSE_ALPHA && lobes.choice[2] == 0.0;
+        let is_rough = self.material.alpha_ggx >= DIFFUSE_ALPHA && self.material.transmitted() == Vec3::ZERO;
         lobes.choice[1] > 0.0 || (is_rough && lobes.choice[0] > 0.0)
     }
 
@@ -129,7 +129,7 @@ impl Lobes {
         // Of what nothing is seen through only the outside is there.
         let eta = if is_outside || !material.is_solid() { material.ior } else { 1.0 / material.ior };
         let facets = (material.alpha_ggx >= Ggx::MIN_ALPHA).then(|| Ggx::new(material.alpha_ggx));
-        let mut lobes = Lobes { tangents, wo, eta, facets, compensation: Vec3::ONE, choice: [0.0; 3] };
+        let mut lobes = Lobes { tangents, wo, eta, facets, compensation: Vec3::ONE, choice: [0.0; 2] };
         if facets.is_some() {
             lobes.compensation = energy::compensation(wo.z, material.alpha_ggx, material.albedo);
         }
@@ -143,16 +143,25 @@ impl Lobes {
 
     /// Lobes are chosen by about what they reflect of light from everywhere.
     fn choose(&mut self, material: &ShadingMaterial) {
-        let reflected = self.reflectance(material, self.wo.z).max_element();
+        let [reflected, transmitted] = self.boundary(material, self.wo.z);
         let passed = self.coat(material).map_or(1.0, |coat| coat.passed(self.wo.z));
-        let transmitted = self.transmitted(material, self.wo.z).max_element();
-        // Where the surface as a whole reflects all, some facets do not.
-        let least = if self.facets.is_some() { 0.2 * material.transmitted().max_element() } else { 0.0 };
-        let parts = [reflected, material.diffuse().max_element() * passed, transmitted.max(least)];
+        let parts = [reflected + transmitted, material.diffuse().max_element() * passed];
         let sum: f32 = parts.iter().sum();
         if sum > 0.0 {
             self.choice = parts.map(|part| part / sum);
         }
+    }
+
+    /// How much a facet reflects and lets through at an angle of this cosine.
+    fn boundary(&self, material: &ShadingMaterial, cosine: f32) -> [f32; 2] {
+        [self.reflectance(material, cosine), self.transmitted(material, cosine)].map(Vec3::max_element)
+    }
+
+    /// Probability that reflection is chosen at a facet, and not transmission: by what that facet does, since it may reflect
+    /// all where the surface as a whole hardly reflects.
+    fn reflects(&self, material: &ShadingMaterial, cosine: f32) -> f32 {
+        let [reflected, transmitted] = self.boundary(material, cosine);
+        if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
     }
 
     /// Reflectance of facets at an angle of this cosine: of glass, of what is opaque below its boundary, and of metal.
@@ -199,27 +208,31 @@ impl Lobes {
         let Some(ggx) = self.facets else { return (diffuse, diffuse_pdf) };
         let facets = ggx.facets(h) / (4.0 * wo.z);
         let reflected = self.reflectance(material, cosine) * (facets * ggx.visible_from_both(wo, wi) / wi.z);
-        (diffuse + reflected, diffuse_pdf + self.choice[0] * facets * ggx.visible(wo))
+        let chosen = self.choice[0] * self.reflects(material, cosine);
+        (diffuse + reflected, diffuse_pdf + chosen * facets * ggx.visible(wo))
     }
 
     fn sample(&self, material: &ShadingMaterial, u: [f32; 2], choice: f32) -> Option<Scattered> {
-        let [reflected, diffuse, _] = self.choice;
-        if choice < reflected {
-            return match self.facets {
-                Some(ggx) => self.combined(material, mirrored(self.wo, ggx.sample(self.wo, u))),
-                None => Some(Scattered {
-                    wi: mirrored(self.wo, Vec3::Z),
-                    weight: self.reflectance(material, self.wo.z) / reflected,
-                    pdf: None,
-                    is_transmitted: false,
-                    eta: 1.0,
-                }),
-            };
-        }
-        if choice < reflected + diffuse {
+        let [boundary, _] = self.choice;
+        if choice >= boundary {
             return self.combined(material, cosine_hemisphere(Vec3::Z, u).0);
         }
-        self.transmit(material, u)
+        let h = self.facets.map_or(Vec3::Z, |ggx| ggx.sample(self.wo, u));
+        let cosine = self.wo.dot(h);
+        let reflected = boundary * self.reflects(material, cosine);
+        if choice >= reflected {
+            return self.transmit(material, h, boundary - reflected);
+        }
+        match self.facets {
+            Some(_) => self.combined(material, mirrored(self.wo, h)),
+            None => Some(Scattered {
+                wi: mirrored(self.wo, h),
+                weight: self.reflectance(material, cosine) / reflected,
+                pdf: None,
+                is_transmitted: false,
+                eta: 1.0,
+            }),
+        }
     }
 
     /// A direction of reflection that either lobe may have chosen.
@@ -235,8 +248,8 @@ impl Lobes {
         })
     }
 
-    fn transmit(&self, material: &ShadingMaterial, u: [f32; 2]) -> Option<Scattered> {
-        let h = self.facets.map_or(Vec3::Z, |ggx| ggx.sample(self.wo, u));
+    /// A direction behind a facet with normal `h`, at which transmission was chosen with this probability.
+    fn transmit(&self, material: &ShadingMaterial, h: Vec3, probability: f32) -> Option<Scattered> {
         let cosine = self.wo.dot(h);
         let (wi, eta) = if material.is_sheet() {
             // What a rough sheet lets through is spread as what it reflects is.
@@ -246,7 +259,7 @@ impl Lobes {
             (h * (cosine / self.eta - behind) - self.wo / self.eta, self.eta)
         };
         let visible = self.facets.map_or(1.0, |ggx| ggx.visible(wi));
-        let weight = self.transmitted(material, cosine) * (visible / self.choice[2]);
+        let weight = self.transmitted(material, cosine) * (visible / probability);
         (wi.z < 0.0 && weight.is_finite()).then_some(Scattered {
             wi,
             weight,

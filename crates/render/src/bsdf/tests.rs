@@ -141,6 +141,25 @@ fn samples_and_values_give_the_same_reflection() {
 }
 
 #[test]
+fn no_sample_of_glass_counts_more_than_the_surface_lets_through() {
+    // Near the critical angle some facets reflect all and others next to nothing: each must be chosen by what it does.
+    let glass = surfaces().into_iter().filter(|(name, _)| matches!(*name, "glass" | "frosted glass"));
+    for (name, material) in glass {
+        let material = ShadingMaterial::new(&material);
+        for angle in (0..15).map(|i| i as f32 * 0.1) {
+            let dir = -Vec3::new(angle.sin(), 0.0, angle.cos());
+            for is_outside in [true, false] {
+                let bsdf = Bsdf::new(&material, Vec3::Z, is_outside, dir);
+                let scattered =
+                    (0..SAMPLES >> 2).map(numbers).filter_map(|(u, choice)| bsdf.sample(u, choice));
+                let most = scattered.map(|s| s.weight.max_element()).fold(0.0, f32::max);
+                assert!(most < 1.001, "{name} at {angle}: {most}");
+            }
+        }
+    }
+}
+
+#[test]
 fn light_is_refracted_by_snells_law() {
     let glass =
         Material { specular: 1.0, transmission: 1.0, roughness: 0.0, ior: 1.5, ..Material::default() };

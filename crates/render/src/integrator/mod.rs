@@ -39,6 +39,7 @@ fn past_what_is_not_there(path: &mut Path, ray: &Ray, hit: &SurfaceInteraction) 
         return None;
     }
     path.segment += 1;
+    path.straight += hit.distance;
     path.passed += 1;
     Some(hit.spawn(ray.dir, true))
 }

@@ -184,8 +184,8 @@ impl<'a> Worker<'a> {
         for ((ray, path), (hit, surface)) in answers {
             let mut path = path.path(width, seed);
             let hit = Seen { world, materials, ray, path: &path }.surface(hit, surface)?;
+            path.widen(hit.as_ref());
             let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
-            path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(ray) = goes_on {
                 let path = WaitingPath::new(&path);
                 next.borrow_mut().push(Waiting { ray, path, is_shadow: 0 });

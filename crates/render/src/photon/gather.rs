@@ -98,6 +98,7 @@ impl<'a> Gather<'a> {
         }
         path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
         path.bounces += 1;
+        path.straight = 0.0;
         path.spread = path.spread.max(bsdf.spread());
         path.scatter_pdf = match (path.scatter_pdf, scattered.pdf) {
             (None, Some(pdf)) if bsdf.is_diffuse() => Some(pdf.max(f32::MIN_POSITIVE)),
@@ -133,6 +134,7 @@ impl Shader for CameraGather<'_> {
         };
         path.throughput *= hit.transmittance();
         let next = if Pair::Survival.of(path)[0] >= hit.alpha {
+            path.straight += hit.distance;
             path.passed += 1;
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {

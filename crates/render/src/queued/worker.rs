@@ -299,8 +299,8 @@ impl<'a> Worker<'a> {
             };
             let mut path = path.path(width, seed);
             let hit = Seen { world, materials, ray, path: &path }.surface(hit, &surface)?;
+            path.widen(hit.as_ref());
             let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
-            path.distance += hit.map_or(0.0, |hit| hit.distance);
             if let Some(ray) = goes_on {
                 stats.count(&path);
                 next.push(ray, WaitingPath::new(&path));
