@@ -46,7 +46,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "compare",
-        help: "ours beside Embree on the same rays; run with --release: compare embree [--peers DIR] MODEL.ply...",
+        help: "ours beside Embree on the same rays, or beside Mitsuba in pictures; run with --release: compare embree [--peers DIR] MODEL.ply... or compare mitsuba -o DIR",
         run: compare::task,
     },
     Task {

@@ -1,7 +1,9 @@
-//! `cargo xtask compare embree MODEL.ply...`: ours beside Embree, in one run, on the same rays.
+//! `cargo xtask compare embree MODEL.ply...`: ours beside Embree, in one run, on the same rays; and
+//! `cargo xtask compare mitsuba`: our pictures beside those of Mitsuba.
 
 mod contestant;
 mod hits;
+mod mitsuba;
 pub mod programs;
 mod progress;
 mod report;
@@ -22,7 +24,10 @@ const USAGE: &str = "usage: cargo run --release -p xtask -- compare embree [--pe
 const ROUNDS: u64 = 5;
 
 /// Prints a table for each model and number of threads.
-pub fn task(_root: &Path, arguments: &[String]) -> Result<ExitCode> {
+pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
+    if let Some(arguments) = arguments.strip_prefix(&["mitsuba".to_owned()]) {
+        return mitsuba::task(root, arguments);
+    }
     let flags = Flags::parse(arguments, &["--peers", "--threads", "--repeat"], &[])?;
     let models = match flags.rest.split_first() {
         Some((name, models)) if name == "embree" && !models.is_empty() => models,

@@ -13,7 +13,7 @@ mod noise;
 mod pipes;
 mod ply;
 mod polygonize;
-mod random;
+pub mod random;
 mod refine;
 mod relief;
 mod sink;
