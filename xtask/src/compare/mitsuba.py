@@ -9,6 +9,8 @@ import numpy
 
 # Runs everywhere; the faster variants need a library of LLVM or a GPU.
 mitsuba.set_variant("scalar_rgb")
+# Progress would be on standard output, before the answer.
+mitsuba.set_log_level(mitsuba.LogLevel.Error)
 scene = mitsuba.load_file(sys.argv[1])
 start = time.perf_counter()
 pixels = numpy.array(mitsuba.render(scene))
