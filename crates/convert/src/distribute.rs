@@ -16,6 +16,7 @@ use raystrips_simplify::StoredQuadric;
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Bytes that wait to be written, over all pieces.
 const BUFFER_BYTES: usize = 32 << 20;
@@ -41,8 +42,23 @@ impl PieceSource {
 pub(crate) struct Pieces {
     pub tree: Bvh,
     pub sources: Vec<PieceSource>,
-    pub spool: Spool,
+    pub spool: Arc<Spool>,
     pub census: Census,
+}
+
+/// The same while the spool may still get more.
+pub(crate) struct Distributed {
+    tree: Bvh,
+    sources: Vec<PieceSource>,
+    census: Census,
+}
+
+impl Distributed {
+    /// The pieces, which are in `spool`.
+    pub fn in_spool(self, spool: Arc<Spool>) -> Pieces {
+        let Distributed { tree, sources, census } = self;
+        Pieces { tree, sources, spool, census }
+    }
 }
 
 impl Pieces {
@@ -85,9 +101,9 @@ pub(crate) fn distribute(
     partition: &Partition,
     to_pack: &ToPack,
     keep_ids: bool,
-    spool: Spool,
+    spool: &mut Spool,
     observer: &dyn Observer,
-) -> Result<Pieces, ConvertError> {
+) -> Result<Distributed, ConvertError> {
     let leaves = partition.tree.leaves().len();
     let mut out =
         Gatherer { leaves: (0..leaves).map(|_| vec![Gathering::default()]).collect(), buffered: 0, spool };
@@ -100,10 +116,9 @@ pub(crate) fn distribute(
     let counts: Vec<usize> = out.leaves.iter().map(Vec::len).collect();
     let mut counts = counts.into_iter();
     let mut row = |bounds, _| row_of_leaves(bounds, 0..counts.next().expect("a count for each leaf"));
-    Ok(Pieces {
+    Ok(Distributed {
         tree: partition.tree.clone().graft(&mut row),
         sources: out.leaves.into_iter().flatten().map(|gathered| gathered.source).collect(),
-        spool: out.spool,
         census: partition.census.clone(),
     })
 }
@@ -244,14 +259,14 @@ struct Gathering {
     buffer: Vec<u8>,
 }
 
-struct Gatherer {
+struct Gatherer<'a> {
     /// For each leaf its pieces: more than one only where space cannot tell triangles apart.
     leaves: Vec<Vec<Gathering>>,
     buffered: usize,
-    spool: Spool,
+    spool: &'a mut Spool,
 }
 
-impl Gatherer {
+impl Gatherer<'_> {
     fn add(&mut self, part: Part) -> std::io::Result<()> {
         let pieces = &mut self.leaves[part.leaf as usize];
         if pieces.last().is_some_and(|last| last.source.triangles + part.triangles > PIECE_TRIANGLES) {

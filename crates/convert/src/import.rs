@@ -6,6 +6,7 @@ use crate::mesh;
 use crate::offset::WorldBounds;
 use crate::strands::{self, RadiusRange};
 use crate::{ConvertError, Observer, Stage};
+use glam::DAffine3;
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
 use raystrips_meshio::{FileStamp, ImageSource, ImportOptions, StrandBatch, TriangleBatch, TriangleSink};
@@ -19,8 +20,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Imported {
     pub scene: SceneDesc,
+    /// Of all that is shown.
     pub bounds: WorldBounds,
+    /// Triangles, those of parts once.
     pub triangles: u64,
+    /// Triangles of the scene, then those of parts that instances show.
+    pub parts: Vec<Part>,
+    pub instances: Vec<Instance>,
     /// Windows that strands are cut into.
     pub strand_windows: u64,
     /// Points of strands.
@@ -34,15 +40,44 @@ pub(crate) struct Imported {
     pub files: Vec<FileStamp>,
     /// Where the images of the scene are.
     pub images: Vec<ImageSource>,
-    /// Offset and bytes in the spool of each chunk of blocks of triangles.
-    chunks: Vec<(u64, u64)>,
-    /// The same of strands.
+    /// Offset and bytes in the spool of each chunk of blocks of strands.
     strand_chunks: Vec<(u64, u64)>,
 }
 
+/// Triangles that stand in the same space.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Part {
+    pub triangles: u64,
+    pub bounds: WorldBounds,
+    /// Offset and bytes in the spool of each chunk of blocks.
+    chunks: Vec<(u64, u64)>,
+}
+
+/// A part at a place.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Instance {
+    /// Number of the part, not 0.
+    pub part: u32,
+    columns: [f64; 12],
+}
+
+impl Instance {
+    pub fn world_from_local(&self) -> DAffine3 {
+        DAffine3::from_cols_array(&self.columns)
+    }
+}
+
+/// What was imported, in blocks.
+pub(crate) struct ImportedBlocks {
+    /// Triangles of the scene, then those of parts.
+    pub parts: Vec<Blocks>,
+    /// Windows of strands.
+    pub strands: Blocks,
+}
+
 impl Imported {
-    /// The triangles and then the windows of strands, which are in `spool`.
-    pub fn blocks(&self, spool: Spool, at_a_time: usize) -> [Blocks; 2] {
+    /// All blocks, which are in `spool`.
+    pub fn blocks(&self, spool: Spool, at_a_time: usize) -> ImportedBlocks {
         let spool = Arc::new(spool);
         let blocks = |chunks: &[(u64, u64)], triangles| Blocks {
             spool: spool.clone(),
@@ -52,12 +87,16 @@ impl Imported {
             is_consumed: false,
             keeps_flat: false,
         };
-        [blocks(&self.chunks, self.triangles), blocks(&self.strand_chunks, self.strand_windows)]
+        ImportedBlocks {
+            parts: self.parts.iter().map(|part| blocks(&part.chunks, part.triangles)).collect(),
+            strands: blocks(&self.strand_chunks, self.strand_windows),
+        }
     }
 
     /// Bytes of all blocks.
     pub fn spool_bytes(&self) -> u64 {
-        self.chunks.iter().chain(&self.strand_chunks).map(|(_, bytes)| bytes).sum()
+        let of_parts = self.parts.iter().flat_map(|part| &part.chunks);
+        of_parts.chain(&self.strand_chunks).map(|(_, bytes)| bytes).sum()
     }
 }
 
@@ -70,28 +109,41 @@ pub(crate) fn import(
 ) -> Result<(Imported, Spool), ConvertError> {
     let mut sink = Sink {
         spool,
-        triangles: Chunks::default(),
+        parts: vec![OpenPart::default()],
+        present: 0,
         strands: Chunks::default(),
         strand_windows: 0,
         strand_points: 0,
         radii: RadiusRange::EMPTY,
-        bounds: WorldBounds::EMPTY,
+        strand_bounds: WorldBounds::EMPTY,
         id_end: 0,
         observer,
         failure: None,
     };
     let import = raystrips_meshio::import(inputs, options, &mut sink);
     let import = import.map_err(|e| sink.failure.take().unwrap_or_else(|| e.into()))?;
-    sink.triangles.end(&mut sink.spool).map_err(ConvertError::Scratch)?;
+    sink.parts[sink.present].chunks.end(&mut sink.spool).map_err(ConvertError::Scratch)?;
     sink.strands.end(&mut sink.spool).map_err(ConvertError::Scratch)?;
     let mut warnings = import.report.warnings;
     if import.report.warnings_left_out > 0 {
         warnings.push(format!("{} more warnings", import.report.warnings_left_out));
     }
+    let parts: Vec<Part> = sink.parts.into_iter().map(OpenPart::finish).collect();
+    let mut bounds = parts[0].bounds;
+    bounds.grow_around(&sink.strand_bounds, &DAffine3::IDENTITY);
+    for instance in &import.instances {
+        bounds.grow_around(&parts[instance.part as usize].bounds, &instance.world_from_local);
+    }
+    let instance = |instance: &raystrips_meshio::Instance| Instance {
+        part: instance.part,
+        columns: instance.world_from_local.to_cols_array(),
+    };
     let imported = Imported {
         scene: import.scene,
-        bounds: sink.bounds,
+        bounds,
         triangles: import.report.triangles,
+        parts,
+        instances: import.instances.iter().map(instance).collect(),
         strand_windows: sink.strand_windows,
         strand_points: sink.strand_points,
         radii: sink.radii,
@@ -104,7 +156,6 @@ pub(crate) fn import(
         warnings,
         files: import.report.files,
         images: import.images,
-        chunks: sink.triangles.done,
         strand_chunks: sink.strands.done,
     };
     Ok((imported, sink.spool))
@@ -138,14 +189,31 @@ impl Chunks {
     }
 }
 
+/// A part on its way.
+#[derive(Default)]
+struct OpenPart {
+    triangles: u64,
+    bounds: WorldBounds,
+    chunks: Chunks,
+}
+
+impl OpenPart {
+    fn finish(self) -> Part {
+        Part { triangles: self.triangles, bounds: self.bounds, chunks: self.chunks.done }
+    }
+}
+
 struct Sink<'a> {
     spool: Spool,
-    triangles: Chunks,
+    /// The scene, then parts.
+    parts: Vec<OpenPart>,
+    /// The one that the last batch belonged to.
+    present: usize,
     strands: Chunks,
     strand_windows: u64,
     strand_points: u64,
     radii: RadiusRange,
-    bounds: WorldBounds,
+    strand_bounds: WorldBounds,
     /// One more than the greatest id.
     id_end: u64,
     observer: &'a dyn Observer,
@@ -162,6 +230,22 @@ impl Sink<'_> {
         Ok(())
     }
 
+    /// Adds a batch to its part: chunks are of one part alone.
+    fn push(&mut self, batch: &TriangleBatch) -> io::Result<()> {
+        let number = batch.part as usize;
+        if number != self.present {
+            self.parts[self.present].chunks.end(&mut self.spool)?;
+            self.present = number;
+        }
+        if number >= self.parts.len() {
+            self.parts.resize_with(number + 1, OpenPart::default);
+        }
+        let part = &mut self.parts[number];
+        part.triangles += batch.triangles.len() as u64;
+        part.bounds.grow(&batch.positions);
+        part.chunks.push(block::of_batch(batch), &mut self.spool)
+    }
+
     /// Keeps why the spool did not take a batch.
     fn noted(&mut self, result: io::Result<()>) -> io::Result<()> {
         result.map_err(|e| {
@@ -174,15 +258,14 @@ impl Sink<'_> {
 impl TriangleSink for Sink<'_> {
     fn batch(&mut self, batch: TriangleBatch) -> io::Result<()> {
         self.check_cancelled()?;
-        self.bounds.grow(&batch.positions);
         self.id_end = self.id_end.max(batch.first_triangle_id + batch.triangles.len() as u64);
-        let pushed = self.triangles.push(block::of_batch(&batch), &mut self.spool);
+        let pushed = self.push(&batch);
         self.noted(pushed)
     }
 
     fn strands(&mut self, batch: StrandBatch) -> io::Result<()> {
         self.check_cancelled()?;
-        self.bounds.grow(&batch.positions);
+        self.strand_bounds.grow(&batch.positions);
         self.radii.grow(&batch.radii);
         self.strand_points += batch.positions.len() as u64;
         let segments = (batch.positions.len() - batch.lengths.len()) as u64;

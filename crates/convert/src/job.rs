@@ -18,11 +18,13 @@ use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const JOURNAL: &str = "journal";
 const IMPORTED: &str = "imported";
 const GATHERED: &str = "gathered";
 const GATHERED_STRANDS: &str = "gathered-strands";
+const GATHERED_PARTS: &str = "gathered-parts";
 
 /// What a record says.
 #[derive(Serialize, Deserialize)]
@@ -38,11 +40,12 @@ enum Record {
     Piece(PieceRecord),
 }
 
-/// Pieces that are gathered on disk: of triangles, and of strands.
+/// Pieces that are gathered on disk: of triangles, of strands, and of parts.
 #[derive(Serialize, Deserialize)]
 struct GatheredRecord {
     triangles: Option<PiecesRecord>,
     strands: Option<PiecesRecord>,
+    parts: Vec<Option<PiecesRecord>>,
 }
 
 /// Pieces of one kind.
@@ -64,9 +67,9 @@ impl PiecesRecord {
         }
     }
 
-    /// The pieces, if they are still in the spool at `path`.
-    fn pieces(self, path: &Path) -> Option<Pieces> {
-        let spool = Spool::reopen(path, self.spool_bytes).ok()?;
+    /// The pieces, which are in `spool`.
+    fn pieces(self, spool: &Arc<Spool>) -> Option<Pieces> {
+        let spool = spool.clone();
         let tree = self.tree.tree().filter(|tree| tree.leaves().len() == self.sources.len())?;
         Some(Pieces { tree, sources: self.sources, spool, census: self.census })
     }
@@ -227,23 +230,37 @@ impl Job {
         Spool::new(&self.scratch_path().join(GATHERED_STRANDS), budget)
     }
 
+    /// An empty spool for gathering pieces of all parts.
+    pub fn part_spool(&self, budget: Option<&MemoryBudget>) -> Spool {
+        Spool::new(&self.scratch_path().join(GATHERED_PARTS), budget)
+    }
+
     /// The pieces that are gathered, if they are.
     pub fn gathered(&self, found: &mut Found) -> Option<Gathered> {
-        let GatheredRecord { triangles, strands } = found.gathered.take()?;
-        let pieces = |record: Option<PiecesRecord>, name: &str| match record {
-            Some(record) => record.pieces(&self.scratch_path().join(name)).map(Some),
-            None => Some(None),
+        let GatheredRecord { triangles, strands, parts } = found.gathered.take()?;
+        let pieces = |records: Vec<Option<PiecesRecord>>, name: &str| -> Option<Vec<Option<Pieces>>> {
+            let Some(bytes) = records.iter().flatten().map(|record| record.spool_bytes).max() else {
+                return Some(records.iter().map(|_| None).collect());
+            };
+            let spool = Arc::new(Spool::reopen(&self.scratch_path().join(name), bytes).ok()?);
+            let pieces = |record: Option<PiecesRecord>| match record {
+                Some(record) => record.pieces(&spool).map(Some),
+                None => Some(None),
+            };
+            records.into_iter().map(pieces).collect()
         };
-        Gathered::new(pieces(triangles, GATHERED)?, pieces(strands, GATHERED_STRANDS)?)
+        let triangles = pieces(vec![triangles], GATHERED)?.pop()?;
+        let strands = pieces(vec![strands], GATHERED_STRANDS)?.pop()?;
+        Gathered::new(triangles, strands, pieces(parts, GATHERED_PARTS)?)
     }
 
     /// Notes gathered pieces of an import, if they are on disk.
     pub fn note_gathered(&mut self, gathered: &Gathered, imported: &Imported) -> Result<(), ConvertError> {
-        let spools: Vec<&Spool> = gathered.kinds().map(|pieces| &pieces.spool).collect();
-        self.note_synced(&spools, || {
+        self.note_synced(&gathered.spools(), || {
             let record = GatheredRecord {
                 triangles: gathered.triangles.as_ref().map(PiecesRecord::of),
                 strands: gathered.strands.as_ref().map(PiecesRecord::of),
+                parts: gathered.parts.iter().map(|part| part.as_ref().map(PiecesRecord::of)).collect(),
             };
             // All but the triangles of the import is still needed.
             vec![Record::Imported(Box::new(imported.clone())), Record::Gathered(record)]
@@ -327,12 +344,13 @@ pub(crate) fn used_bytes(output: &Path, place: &Path) -> (u64, u64) {
 fn identity(inputs: &[PathBuf], params: &ConvertParams) -> String {
     let ConvertParams { page_size, layout, strips, positions, keep_ids, proxies, import, .. } = params;
     let mut text = format!(
-        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {} {:?} {}\n",
+        "raystrips {}, format {}\n{page_size} {layout:?} {strips:?} {positions:?} {keep_ids} {proxies:?} {} {:?} {} {}\n",
         env!("CARGO_PKG_VERSION"),
         raystrips_pack::layout::FORMAT_VERSION,
         import.drop_out_of_range,
         import.strand_width,
         import.bare,
+        import.instances,
     );
     for path in inputs {
         text += &format!("{:?}\n", FileStamp::of(path));

@@ -2,7 +2,8 @@
 //!
 //! The stages: [`import`] models to blocks of triangles and strands in a scratch file; [`partition`] space so that each
 //! piece fits; [`distribute`] what there is to its pieces; build each [`piece`] and append its pages to the [`output`];
-//! join the hierarchies of the pieces at the [`top`]. Pieces depend on the input alone, so the pack has the same bytes
+//! join the hierarchies of the pieces at the [`top`]. What is shown many times is a part with pieces of its own, of which
+//! there are [`instances`]. Pieces depend on the input alone, so the pack has the same bytes
 //! for any number of threads and any budget. What is whole is noted by the [`job`], from which a killed conversion
 //! goes on.
 
@@ -15,9 +16,11 @@ mod cells;
 mod distribute;
 mod emitters;
 mod flat_tree;
+mod forest;
 mod gathered;
 mod hash;
 mod import;
+mod instances;
 mod job;
 mod layout;
 mod mesh;
@@ -44,11 +47,13 @@ pub use raystrips_strips::StripParams;
 pub use report::{ConvertError, ConvertReport, Observer, ProxyReport, Stage, Unobserved};
 
 use blocks::Blocks;
-use distribute::Pieces;
+use distribute::{Distributed, Pieces};
+use forest::Forest;
 use gathered::Gathered;
 use glam::Vec3;
-use import::Imported;
+use import::{Imported, ImportedBlocks};
 use job::{Found, Job};
+use offset::WorldBounds;
 use output::{Output, PieceRecord};
 use partition::{Census, Division};
 use piece::Kind;
@@ -56,11 +61,12 @@ use positions::ToPack;
 use proxy::{FirstLevel, ProxyGoal};
 use queue::in_order;
 use raystrips_extmem::{MemoryBudget, Spool};
-use raystrips_geom::Aabb;
+use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_pack::Manifest;
 use report::Clock;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use textures::Tiles;
 
@@ -101,7 +107,7 @@ impl Default for ConvertParams {
             positions: Positions::default(),
             keep_ids: false,
             proxies: Some(PackProxies::default()),
-            import: ImportOptions::default(),
+            import: ImportOptions { instances: true, ..ImportOptions::default() },
             memory: None,
             scratch: None,
             restart: false,
@@ -141,30 +147,33 @@ impl Conversion<'_> {
         let mut clock = Clock::new();
         let budget = self.budget();
         let (imported, gathered) = self.gather(job, &mut found, budget.as_ref(), &mut clock)?;
+        let instances = instances::placed(&imported);
+        let error = instances::position_error(&imported, &instances, &gathered);
         let mut output = Output::open(
             self.output,
             job.files(""),
-            self.manifest(&imported, &gathered.census()),
+            self.manifest(&imported, &gathered.census(), error),
             found.pieces,
         )?;
         let goal = ProxyGoal::of(self.params.proxies.as_ref(), &gathered);
         self.build_scene(&imported, &gathered, goal, &mut output, job)?;
-        let tree = gathered.tree();
-        let geometry_bounds = gathered.geometry_bounds(imported.scene.geometries.len());
+        let mut geometry_bounds = gathered.geometry_bounds(imported.scene.geometries.len());
+        instances::grow_bounds(&mut geometry_bounds, &instances, &gathered);
+        let (bounds, scene_pieces) = (gathered.bounds(), gathered.scene_piece_count());
+        let forest = Forest::of(&gathered, instances);
         let triangle_pieces = gathered.triangles.as_ref().map_or(0, |pieces| pieces.sources.len());
         drop(gathered);
         clock.record(Stage::Build);
         let mut proxies = Vec::new();
         if let Some(goal) = goal {
-            let levels = self.levels(job, budget.as_ref(), tree.bounds());
-            let pieces = output.piece_count();
+            let levels = self.levels(job, budget.as_ref(), bounds);
             let simplified = |range: Range<usize>| {
                 let is_empty = range.is_empty();
                 (!is_empty).then(|| output.simplified(range, levels.batches_at_a_time)).transpose()
             };
             let first = FirstLevel {
                 triangles: simplified(0..triangle_pieces)?,
-                strands: simplified(triangle_pieces..pieces)?,
+                strands: simplified(triangle_pieces..scene_pieces)?,
             };
             proxies = self.pack_proxies(first, goal, &imported, &levels, job)?;
             clock.record(Stage::Simplify);
@@ -178,7 +187,7 @@ impl Conversion<'_> {
                 Some(Tiles::make(&images, scene, file, sort_memory, &mut warnings)?)
             }
         };
-        let (manifest, file_bytes) = output.finish(tree, sort_memory, &geometry_bounds, &proxies, tiles)?;
+        let (manifest, file_bytes) = output.finish(forest, sort_memory, &geometry_bounds, &proxies, tiles)?;
         clock.record(Stage::Finish);
         let proxies =
             proxies.iter().map(|p| ProxyReport { triangles: p.triangles, bytes: p.bytes }).collect();
@@ -210,9 +219,9 @@ impl Conversion<'_> {
                 }
                 // Incoherent input, of which every triangle brings its own vertices, would take as much again: rather
                 // import again after a kill than fill the disk.
-                let [triangles, _] = &mut blocks;
-                triangles.is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles.max(1);
-                if triangles.is_consumed && imported.triangles > 0 {
+                let is_consumed = imported.spool_bytes() > COHERENT_BYTES * imported.triangles.max(1);
+                blocks.parts.iter_mut().for_each(|part| part.is_consumed = is_consumed);
+                if is_consumed && imported.triangles > 0 {
                     job.note_import_gone()?;
                 }
                 let gathered = self.pieces(&imported, &blocks, job, budget, clock)?;
@@ -222,7 +231,7 @@ impl Conversion<'_> {
             }
         };
         job.remove_import()?;
-        imported.dropped.degenerate = gathered.census().degenerate;
+        imported.dropped.degenerate = gathered.degenerate();
         Ok((imported, gathered))
     }
 
@@ -232,7 +241,7 @@ impl Conversion<'_> {
         earlier: Option<Imported>,
         job: &mut Job,
         budget: Option<&MemoryBudget>,
-    ) -> Result<(Imported, [Blocks; 2]), ConvertError> {
+    ) -> Result<(Imported, ImportedBlocks), ConvertError> {
         let at_a_time = self.plan.batches_at_a_time();
         if let Some(imported) = earlier
             && let Some(spool) = job.imported(&imported)
@@ -256,35 +265,58 @@ impl Conversion<'_> {
     fn pieces(
         &self,
         imported: &Imported,
-        [triangles, strands]: &[Blocks; 2],
+        blocks: &ImportedBlocks,
         job: &Job,
         budget: Option<&MemoryBudget>,
         clock: &mut Clock,
     ) -> Result<Gathered, ConvertError> {
-        let placement = offset::placement(&imported.bounds);
-        let to_pack = ToPack::new(&placement, self.params.positions, imported.radii.code());
-        let [min, max] = imported.bounds.corners().map(|corner| to_pack.place(corner));
-        let mut gather = |blocks: &Blocks, spool: Spool| -> Result<Option<Pieces>, ConvertError> {
-            if blocks.triangles == 0 {
-                return Ok(None);
-            }
-            let division = Division::SurfaceArea;
-            let partition =
-                partition::partition(blocks, Aabb { min, max }, &to_pack, division, self.observer)?;
-            clock.record(Stage::Partition);
-            let Some(partition) = partition else { return Ok(None) };
-            let keep_ids = self.params.keep_ids;
-            let pieces =
-                distribute::distribute(blocks, &partition, &to_pack, keep_ids, spool, self.observer)?;
-            clock.record(Stage::Distribute);
-            Ok(Some(pieces))
+        let radii = imported.radii.code();
+        let mut gather = |blocks: &[Blocks], bounds: &[WorldBounds], mut spool: Spool| {
+            let gathered = blocks
+                .iter()
+                .zip(bounds)
+                .map(|(blocks, bounds)| self.distribute(blocks, bounds, radii, &mut spool, clock));
+            let gathered = gathered.collect::<Result<Vec<Option<Distributed>>, ConvertError>>()?;
+            let spool = Arc::new(spool);
+            let pieces = |part: Option<Distributed>| part.map(|part| part.in_spool(spool.clone()));
+            Ok::<Vec<Option<Pieces>>, ConvertError>(gathered.into_iter().map(pieces).collect())
         };
-        let triangles = gather(triangles, job.triangle_spool(budget))?;
-        let strands = gather(strands, job.strand_spool(budget))?;
-        Gathered::new(triangles, strands).ok_or_else(|| ConvertError::NoArea {
+        let (scene, parts) = blocks.parts.split_at(1);
+        let all = [imported.bounds];
+        let triangles = gather(scene, &all, job.triangle_spool(budget))?.pop().flatten();
+        let strands = std::slice::from_ref(&blocks.strands);
+        let strands = gather(strands, &all, job.strand_spool(budget))?.pop().flatten();
+        let bounds: Vec<WorldBounds> = imported.parts[1..].iter().map(|part| part.bounds).collect();
+        let parts = gather(parts, &bounds, job.part_spool(budget))?;
+        Gathered::new(triangles, strands, parts).ok_or_else(|| ConvertError::NoArea {
             path: self.inputs.first().cloned().unwrap_or_default(),
             triangles: imported.triangles,
         })
+    }
+
+    /// Distributes what is in a space with these bounds over its pieces; nothing if there is nothing.
+    fn distribute(
+        &self,
+        blocks: &Blocks,
+        bounds: &WorldBounds,
+        radii: RadiusCode,
+        spool: &mut Spool,
+        clock: &mut Clock,
+    ) -> Result<Option<Distributed>, ConvertError> {
+        if blocks.triangles == 0 {
+            return Ok(None);
+        }
+        let to_pack = ToPack::new(&offset::placement(bounds), self.params.positions, radii);
+        let [min, max] = bounds.corners().map(|corner| to_pack.place(corner));
+        let division = Division::SurfaceArea;
+        let partition = partition::partition(blocks, Aabb { min, max }, &to_pack, division, self.observer)?;
+        clock.record(Stage::Partition);
+        let Some(partition) = partition else { return Ok(None) };
+        let keep_ids = self.params.keep_ids;
+        let distributed =
+            distribute::distribute(blocks, &partition, &to_pack, keep_ids, spool, self.observer)?;
+        clock.record(Stage::Distribute);
+        Ok(Some(distributed))
     }
 
     /// Builds all pieces of the scene that are not in the pack yet, and simplifies them on the way to proxies.
@@ -311,14 +343,16 @@ impl Conversion<'_> {
         self.build(gathered, output, &contexts, self.observer, &mut |piece| job.note_piece(piece))
     }
 
-    /// What the kinds of pieces that there are are built with.
+    /// What pieces are built with, those of triangles, of strands and of each part, as far as there are any.
     fn contexts<'a>(
         &'a self,
         gathered: &'a Gathered,
         [triangles, strands]: [Kind<'a>; 2],
         id_bytes: u8,
     ) -> Vec<piece::Context<'a>> {
-        let kinds = [(&gathered.triangles, triangles), (&gathered.strands, strands)];
+        let in_part = triangles.without_simplification();
+        let parts = gathered.parts.iter().map(|part| (part, in_part));
+        let kinds = [(&gathered.triangles, triangles), (&gathered.strands, strands)].into_iter().chain(parts);
         let context = |(pieces, kind): (&'a Option<Pieces>, Kind<'a>)| {
             pieces.as_ref().map(|pieces| piece::Context {
                 params: self.params,
@@ -329,11 +363,11 @@ impl Conversion<'_> {
                 kind,
             })
         };
-        kinds.into_iter().filter_map(context).collect()
+        kinds.filter_map(context).collect()
     }
 
-    /// Builds all of `gathered` that is not in `output` yet; `contexts` are for its kinds. `note` gets a record of each
-    /// piece.
+    /// Builds all of `gathered` that is not in `output` yet; `contexts` are those of its pieces. `note` gets a
+    /// record of each piece.
     fn build(
         &self,
         gathered: &Gathered,
@@ -350,13 +384,16 @@ impl Conversion<'_> {
             let before = done.fetch_add(primitives as u64, Ordering::Relaxed);
             observer.progress(Stage::Build, before + primitives as u64, total);
         };
-        let pieces_of_first = contexts.first().map_or(0, |context| context.pieces.sources.len());
+        let begin_of_next = |end: &mut usize, context: &piece::Context| {
+            let begin = *end;
+            *end += context.pieces.sources.len();
+            Some(begin)
+        };
+        let begins: Vec<usize> = contexts.iter().scan(0, begin_of_next).collect();
         let work = |number: usize| {
-            let (context, place) = match number.checked_sub(pieces_of_first) {
-                Some(place) => (&contexts[1], place),
-                None => (&contexts[0], number),
-            };
-            piece::build(context, place, first_primitives[number], &finished)
+            let context = begins.partition_point(|&begin| begin <= number) - 1;
+            let place = number - begins[context];
+            piece::build(&contexts[context], place, first_primitives[number], &finished)
         };
         in_order(
             begin..first_primitives.len(),
@@ -367,14 +404,16 @@ impl Conversion<'_> {
         )
     }
 
-    /// The manifest as far as it is known before the pages.
-    fn manifest(&self, imported: &Imported, census: &Census) -> Manifest {
+    /// The manifest as far as it is known before the pages. What instances show is off by `error_of_instances` at most.
+    fn manifest(&self, imported: &Imported, census: &Census, error_of_instances: f64) -> Manifest {
         let placement = offset::placement(&imported.bounds);
         let mut scene = imported.scene.clone();
         scene.translate(placement.offset.map(|x| -x));
         Manifest {
             generator: concat!("raystrips ", env!("CARGO_PKG_VERSION")).into(),
             primitives: 0,
+            shown: 0,
+            instances: 0,
             segments: 0,
             vertices: imported.strand_points,
             strips: 0,
@@ -385,7 +424,7 @@ impl Conversion<'_> {
             bounds_min: Vec3::ZERO.to_array(),
             bounds_max: Vec3::ZERO.to_array(),
             scene_offset: placement.offset,
-            position_error: census.position_error,
+            position_error: census.position_error.max(error_of_instances),
             radius_error: if imported.strand_points > 0 { imported.radii.code().error() } else { 0.0 },
             id_bytes: if self.params.keep_ids { imported.id_bytes } else { 0 },
             bytes: Default::default(),

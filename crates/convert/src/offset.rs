@@ -4,7 +4,8 @@
 //! the origin they keep their detail. Scenes that are not far out against their size are left alone, so that
 //! f32 input stays what it was, bit for bit.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use raystrips_geom::affine::bounds_of;
 use raystrips_geom::grid::floor_log2;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,12 @@ const FAR: f64 = 8.0;
 pub(crate) struct WorldBounds {
     min: [f64; 3],
     max: [f64; 3],
+}
+
+impl Default for WorldBounds {
+    fn default() -> WorldBounds {
+        WorldBounds::EMPTY
+    }
 }
 
 impl WorldBounds {
@@ -32,6 +39,14 @@ impl WorldBounds {
     /// Least and greatest corner.
     pub fn corners(&self) -> [[f64; 3]; 2] {
         [self.min, self.max]
+    }
+
+    /// Grows to hold `other`, transformed.
+    pub fn grow_around(&mut self, other: &WorldBounds, transformation: &DAffine3) {
+        if other.min[0] <= other.max[0] {
+            let corners = other.corners().map(DVec3::from_array);
+            self.grow(&bounds_of(corners, transformation).map(|corner| corner.to_array()));
+        }
     }
 }
 

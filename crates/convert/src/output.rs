@@ -5,18 +5,21 @@ use crate::assemble::Root;
 use crate::blocks::Blocks;
 use crate::borders;
 use crate::flat_tree::FlatTree;
+use crate::forest::Forest;
+use crate::instances::placed_emitters;
 use crate::piece::BuiltPiece;
 use crate::proxy::PackedProxy;
 use crate::sidecar::{Added, Sidecar};
 use crate::textures::Tiles;
 use crate::top::{Entry, Top};
+use bytemuck::Zeroable;
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
-use raystrips_pack::{GeometryBounds, Manifest, PackContents, PackWriter, PageRecord, TopEntry};
+use raystrips_pack::{Emitter, GeometryBounds, Manifest, PackContents, PackWriter, PageRecord, TopEntry};
 use raystrips_strips::Bvh;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -197,24 +200,28 @@ impl<'a> Output<'a> {
         Ok((file, &mut self.writer.manifest_mut().scene))
     }
 
-    /// Completes the pack; `tree` is the hierarchy over its pieces. Gives its manifest and length.
+    /// Completes the pack; `forest` has the hierarchies over its pieces. Gives its manifest and length.
     pub fn finish(
         mut self,
-        tree: Bvh,
+        forest: Forest,
         memory_bytes: u64,
         geometry_bounds: &[GeometryBounds],
         proxies: &[PackedProxy],
         mut tiles: Option<Tiles>,
     ) -> Result<(Manifest, u64), ConvertError> {
-        let (tree, entries) = self.tree_and_entries(tree)?;
-        let top = Top::over(&tree, &entries).map_err(ConvertError::write(self.path))?;
+        let emitters =
+            self.emitters.read().and_then(|emitters| with_instances(emitters, &self.pieces, &forest));
+        let mut emitters = emitters.map_err(ConvertError::Scratch)?;
+        let (forest, entries) = forest_and_entries(forest, &self.pieces)?;
+        let top = Top::over(&forest, &entries).map_err(ConvertError::write(self.path))?;
         let shared_vertices = self.shared_vertices.read().map_err(ConvertError::Scratch)?;
         let shared = borders::count_different(shared_vertices, &self.files.scratch, memory_bytes as usize);
         let manifest = self.writer.manifest_mut();
         manifest.depth = top.depth;
         manifest.vertices += shared.map_err(ConvertError::Scratch)?
             + self.pieces.iter().map(|piece| piece.own_vertices).sum::<u64>();
-        let bounds = tree.bounds();
+        manifest.shown = forest.shown;
+        let bounds = forest.scene_with_instances().bounds();
         (manifest.bounds_min, manifest.bounds_max) = (bounds.min.to_array(), bounds.max.to_array());
         let open = |proxy: &PackedProxy| Ok((proxy.kind, File::open(&proxy.path)?));
         let files: io::Result<Vec<_>> = proxies.iter().map(open).collect();
@@ -228,7 +235,8 @@ impl<'a> Output<'a> {
         let contents = PackContents {
             top_nodes: &top.nodes,
             top_entries: &top.entries,
-            emitters: &mut self.emitters.read().map_err(ConvertError::Scratch)?,
+            instances: &top.instances,
+            emitters: &mut emitters,
             triangle_ids: &mut self.ids.read().map_err(ConvertError::Scratch)?,
             geometry_bounds,
             proxies: files.iter_mut().map(|(kind, file)| (*kind, file as &mut dyn Read)).collect(),
@@ -237,26 +245,50 @@ impl<'a> Output<'a> {
         };
         self.writer.finish(self.path, contents).map_err(ConvertError::write(self.path))
     }
+}
 
-    /// The hierarchies of all pieces in one, and the ways into pages that its leaves lead to.
-    fn tree_and_entries(&self, tree: Bvh) -> Result<(Bvh, Vec<Entry>), ConvertError> {
-        let mut entries = Vec::new();
-        let mut trees = Vec::with_capacity(self.pieces.len());
-        let mut first_page = 0;
-        for piece in &self.pieces {
-            let tree = piece.tree.tree().filter(|tree| tree.items().end == piece.roots.len());
-            trees.push(tree.ok_or_else(|| {
-                let what = "the journal of the conversion is damaged; begin anew with --restart";
-                ConvertError::Scratch(io::Error::new(io::ErrorKind::InvalidData, what))
-            })?);
-            entries.extend(piece.roots.iter().map(|root| Entry {
-                entry: TopEntry { page: first_page + root.page, node: root.node },
-                depth: root.depth,
-            }));
-            first_page += piece.pages.len() as u32;
-        }
-        let mut trees = trees.into_iter();
-        let tree = tree.graft(&mut |_, _| trees.next().expect("a tree for each piece"));
-        Ok((tree, entries))
+/// The hierarchies down into the pieces, and the ways into pages that their leaves lead to.
+fn forest_and_entries(forest: Forest, pieces: &[PieceRecord]) -> Result<(Forest, Vec<Entry>), ConvertError> {
+    let mut entries = Vec::new();
+    let mut trees = Vec::with_capacity(pieces.len());
+    let mut first_page = 0;
+    for piece in pieces {
+        let tree = piece.tree.tree().filter(|tree| tree.items().end == piece.roots.len());
+        trees.push(tree.ok_or_else(|| {
+            let what = "the journal of the conversion is damaged; begin anew with --restart";
+            ConvertError::Scratch(io::Error::new(io::ErrorKind::InvalidData, what))
+        })?);
+        entries.extend(piece.roots.iter().map(|root| Entry {
+            entry: TopEntry { page: first_page + root.page, node: root.node },
+            depth: root.depth,
+        }));
+        first_page += piece.pages.len() as u32;
     }
+    let mut trees = trees.into_iter();
+    Ok((forest.graft(|| trees.next().expect("a tree for each piece")), entries))
+}
+
+/// The lamps of the scene, which `emitters` begins with, then those of parts as instances show them.
+fn with_instances(
+    mut emitters: BufReader<File>,
+    pieces: &[PieceRecord],
+    forest: &Forest,
+) -> io::Result<impl Read + use<>> {
+    let pieces_of = |tree: Option<&Bvh>| tree.map_or(0, |tree| tree.items().end);
+    let (in_scene, mut in_parts) = pieces.split_at(pieces_of(forest.scene.as_ref()));
+    let scene_bytes: u64 = in_scene.iter().map(|piece| piece.emitters.bytes()).sum();
+    emitters.seek(SeekFrom::Start(scene_bytes))?;
+    let mut of_parts = Vec::with_capacity(forest.parts.len());
+    for part in &forest.parts {
+        let (own, others) = in_parts.split_at(pieces_of(part.as_ref()));
+        in_parts = others;
+        let bytes: u64 = own.iter().map(|piece| piece.emitters.bytes()).sum();
+        let mut lamps = vec![Emitter::zeroed(); bytes as usize / size_of::<Emitter>()];
+        emitters.read_exact(bytemuck::cast_slice_mut(&mut lamps))?;
+        of_parts.push(lamps);
+    }
+    let shown = forest.instances().iter().flat_map(|i| placed_emitters(i, &of_parts[i.root as usize]));
+    let shown: Vec<u8> = bytemuck::allocation::pod_collect_to_vec(&shown.collect::<Vec<Emitter>>());
+    emitters.rewind()?;
+    Ok(emitters.take(scene_bytes).chain(io::Cursor::new(shown)))
 }

@@ -22,6 +22,8 @@ const CORNERS_BYTES: u64 = 16;
 const RECORD_BYTES: u64 = 48;
 /// Scratch bytes of the attributes of a vertex.
 const ATTRIBUTE_BYTES: u64 = 20;
+/// Memory of an instance, in the import, in the pack and in hierarchies.
+const INSTANCE_BYTES: u64 = 400;
 /// Memory for each thread that works on batches, while there are no pieces yet.
 const BATCH_BYTES: u64 = 12 << 20;
 /// Scratch bytes of a triangle: its corners, and its share of a batch's head.
@@ -86,15 +88,15 @@ impl Plan {
                 io::Error::new(io::ErrorKind::NotADirectory, "there is no such folder; make it first");
             return Err(ConvertError::Folder { path: scratch, source });
         }
-        let mut survey = survey(inputs)?;
+        let mut survey = survey(inputs, &params.import)?;
         if params.import.bare {
             survey.attributed_vertices = 0;
         }
         let memory = params.memory.unwrap_or_else(|| spare_memory().unwrap_or(DEFAULT_MEMORY));
         let threads = rayon::current_num_threads() as u64;
         let piece = piece_bytes(&survey);
-        let base = base_bytes();
-        let least = base + piece.max(BATCH_BYTES).max(Cells::most_bytes(survey.triangles));
+        let base = base_bytes().saturating_add(survey.instances.saturating_mul(INSTANCE_BYTES));
+        let least = base.saturating_add(piece.max(BATCH_BYTES).max(Cells::most_bytes(survey.triangles)));
         if memory < least {
             return Err(ConvertError::TooLittleMemory { given: memory, least });
         }

@@ -1,9 +1,12 @@
 //! The words everyone shares: boxes, rays, hits, the quantization grid of a node, the one rule that turns
-//! position *i* of a strip into a triangle, segments of hair, attributes of vertices, textures, and the plain-data scene description.
+//! position *i* of a strip into a triangle, segments of hair, attributes of vertices,
+//! textures, what becomes of boxes, errors and normals where things are shown elsewhere (`affine`), and the plain-data scene
+//! description.
 //!
 //! Nothing here knows of files, pages or threads.
 
 pub mod aabb;
+pub mod affine;
 pub mod attributes;
 pub mod chance;
 pub mod curve;

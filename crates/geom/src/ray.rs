@@ -49,13 +49,18 @@ pub struct Hit {
     pub u: f32,
     /// Weight of the third corner.
     pub v: f32,
+    /// Which instance, or [`Hit::NO_INSTANCE`]: a number of the pack.
+    pub instance: u32,
     /// Which triangle: an opaque number of the tracer, ascending with the triangle's place in the pack.
     pub prim_id: u64,
 }
 
 impl Hit {
+    /// What was hit stands where it is in the pack.
+    pub const NO_INSTANCE: u32 = u32::MAX;
     /// Nothing was hit.
-    pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, prim_id: u64::MAX };
+    pub const MISS: Hit =
+        Hit { t: f32::INFINITY, u: 0.0, v: 0.0, instance: Hit::NO_INSTANCE, prim_id: u64::MAX };
 
     /// True where something was hit.
     pub fn is_hit(&self) -> bool {

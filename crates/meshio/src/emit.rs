@@ -2,13 +2,15 @@
 
 use crate::error::one_line;
 use crate::image::Images;
+use crate::instances::Instances;
 use crate::polygon::triangulate;
 use crate::strand::Strands;
 use crate::{
-    FileStamp, ImageSource, Import, ImportError, ImportOptions, ImportReport, Place, Progress, Result,
-    TriangleBatch, TriangleSink,
+    FileStamp, ImageSource, Import, ImportError, ImportOptions, ImportReport, Instance, Place, Progress,
+    Result, TriangleBatch, TriangleSink,
 };
 use glam::{DAffine3, DMat3, DVec3};
+use raystrips_geom::affine::normal_matrix;
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
 use raystrips_geom::texture::Texture;
 use raystrips_geom::{Attributes, Streams};
@@ -19,7 +21,7 @@ const MAX_TRIANGLES: usize = 1 << 16;
 /// So that 16 bits tell positions of a batch apart. Half of [`VertexMap`], so that its probes stay short.
 pub(crate) const MAX_POSITIONS: usize = 1 << 16;
 /// Beyond this, products of two lengths leave the range of `f32`, which tracing uses.
-const MAX_COORDINATE: f64 = 1e18;
+pub(crate) const MAX_COORDINATE: f64 = 1e18;
 const MAX_WARNINGS: usize = 20;
 /// A vertex has no other attributes in the batch.
 const NO_SIBLING: u32 = u32::MAX;
@@ -66,6 +68,7 @@ pub(crate) struct Emitter<'a> {
     mirrored: bool,
     /// What turns normals of the present part to the world; not of unit length.
     normals_from_local: DMat3,
+    instances: Instances,
 
     next_triangle_id: u64,
     strands: Strands,
@@ -95,6 +98,7 @@ impl<'a> Emitter<'a> {
             world_from_local: DAffine3::IDENTITY,
             mirrored: false,
             normals_from_local: DMat3::IDENTITY,
+            instances: Instances::default(),
             next_triangle_id: 0,
             strands: Strands::default(),
             batch: TriangleBatch::default(),
@@ -132,21 +136,43 @@ impl<'a> Emitter<'a> {
     /// Ends the import.
     pub fn finish(mut self) -> Result<Import> {
         self.flush()?;
-        Ok(Import { scene: self.scene, images: self.images.sources, report: self.report })
+        let instances = self.instances.all;
+        Ok(Import { scene: self.scene, instances, images: self.images.sources, report: self.report })
     }
 
     /// Where the vertices that follow stand in their file. Needed at the start of each set of vertices.
     pub fn set_transform(&mut self, file_from_local: DAffine3) -> Result<()> {
         self.flush()?;
-        self.world_from_local = self.placement * file_from_local;
-        let determinant = self.world_from_local.matrix3.determinant();
+        let world_from_local = match self.instances.is_in_part() {
+            true => file_from_local,
+            false => self.placement * file_from_local,
+        };
+        let matrix = world_from_local.matrix3;
+        let determinant = matrix.determinant();
+        self.world_from_local = world_from_local;
         self.mirrored = determinant < 0.0;
-        // The cofactors are the inverse transpose but for a factor, and exist for flat transforms too.
-        let [x, y, z] = self.world_from_local.matrix3.to_cols_array_2d().map(DVec3::from_array);
-        let sign = if self.mirrored { -1.0 } else { 1.0 };
-        self.normals_from_local = DMat3::from_cols(y.cross(z) * sign, z.cross(x) * sign, x.cross(y) * sign);
+        self.normals_from_local = normal_matrix(matrix);
         self.strands.scale = determinant.abs().cbrt();
         Ok(())
+    }
+
+    /// Begins a part, whose space until it ends is that of the file. Gives its number.
+    pub fn begin_part(&mut self) -> Result<u32> {
+        self.flush()?;
+        Ok(self.instances.begin_part())
+    }
+
+    /// Ends the part.
+    pub fn end_part(&mut self) -> Result<()> {
+        self.flush()?;
+        self.instances.end_part();
+        Ok(())
+    }
+
+    /// Shows a part, which has ended, in the present file.
+    pub fn instance(&mut self, part: u32, file_from_local: DAffine3) {
+        let world_from_local = self.placement * file_from_local;
+        self.report.dropped.out_of_range += self.instances.add(Instance { part, world_from_local });
     }
 
     /// Where things of the present file stand in the world.
@@ -463,7 +489,8 @@ impl<'a> Emitter<'a> {
         self.batch.attributes.reserve(batch.attributes.len());
         self.report.triangles += batch.triangles.len() as u64;
         self.scene.geometries[batch.geometry as usize].has_triangles = true;
-        self.sink.batch(batch).map_err(ImportError::Sink)
+        let part = self.instances.take(&batch);
+        self.sink.batch(TriangleBatch { part, ..batch }).map_err(ImportError::Sink)
     }
 }
 

@@ -72,6 +72,7 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     let map = Map::open(path)?;
     let file = HairFile::parse(path, &map)?;
     Ok(Survey {
+        instances: 0,
         bytes: map.len() as u64,
         triangles: file.point_count.saturating_sub(file.strand_count) as u64,
         vertices: file.point_count as u64,

@@ -16,6 +16,7 @@ mod gltf;
 mod hair;
 mod image;
 mod import;
+mod instances;
 mod kept;
 mod map;
 mod number;
@@ -40,6 +41,7 @@ pub use import::import;
 pub use stamp::FileStamp;
 pub use survey::{Survey, survey};
 
+use glam::DAffine3;
 use raystrips_geom::Streams;
 use raystrips_geom::scene::SceneDesc;
 use std::io;
@@ -50,8 +52,11 @@ use std::path::PathBuf;
 pub struct TriangleBatch {
     /// Index into [`SceneDesc::geometries`].
     pub geometry: u32,
-    /// World space, finite, no coordinate beyond ±1e18. A vertex of the file appears once, unless it has several
-    /// attributes.
+    /// What they belong to: 0 to the scene, others to a part that [`Import::instances`] show. Batches of a part follow each
+    /// other.
+    pub part: u32,
+    /// World space, or that of the part; finite, no coordinate beyond ±1e18. A vertex of the file appears once, unless it has
+    /// several attributes.
     pub positions: Vec<[f64; 3]>,
     /// Indices into `positions`, all in range. Counterclockwise as seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -60,7 +65,7 @@ pub struct TriangleBatch {
     /// What vertices have besides positions.
     pub streams: Streams,
     /// A record of these for each position, as [`Attributes::encode`](raystrips_geom::Attributes::encode) writes it; normals
-    /// are in world space. A vertex of the file that has several appears as often.
+    /// are in the space of positions. A vertex of the file that has several appears as often.
     pub attributes: Vec<u8>,
 }
 
@@ -122,6 +127,8 @@ pub struct ImportOptions {
     pub strand_width: Option<f64>,
     /// Leave out normals, texture coordinates and colors of vertices, and textures.
     pub bare: bool,
+    /// Send what is shown many times once, as a part, where otherwise it is repeated.
+    pub instances: bool,
 }
 
 impl Default for ImportOptions {
@@ -132,6 +139,7 @@ impl Default for ImportOptions {
             kept_bytes: 1 << 30,
             strand_width: None,
             bare: false,
+            instances: false,
         }
     }
 }
@@ -141,10 +149,22 @@ impl Default for ImportOptions {
 pub struct Import {
     /// All but the triangles.
     pub scene: SceneDesc,
+    /// Where parts are shown, if [`ImportOptions::instances`].
+    pub instances: Vec<Instance>,
     /// Where the images of the scene are, which are not read yet.
     pub images: Vec<ImageSource>,
     /// What happened on the way.
     pub report: ImportReport,
+}
+
+/// A part of the scene at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// That of [`TriangleBatch::part`], not 0.
+    pub part: u32,
+    /// From the part's space to the world. Its [condition](raystrips_geom::affine::condition) is at most 32, and all that it
+    /// shows is within the bounds for positions.
+    pub world_from_local: DAffine3,
 }
 
 /// What an import did.

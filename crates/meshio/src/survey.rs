@@ -1,7 +1,7 @@
 //! What an import will bring, told from headers and samples before it begins.
 
 use crate::import::{Format, Inputs};
-use crate::{Result, gltf, hair, obj, ply};
+use crate::{ImportOptions, Result, gltf, hair, obj, ply};
 use std::path::PathBuf;
 
 /// Sums over all models; a file that is placed twice counts twice.
@@ -11,6 +11,8 @@ pub struct Survey {
     pub bytes: u64,
     /// To be read, whether or not they can be used; segments of strands in hair files count as triangles.
     pub triangles: u64,
+    /// Places where parts are shown.
+    pub instances: u64,
     /// That the files list.
     pub vertices: u64,
     /// Those of OBJ and text PLY, of which the import keeps 24 bytes each, for one file at a time.
@@ -21,24 +23,25 @@ pub struct Survey {
     pub is_exact: bool,
 }
 
-/// Tells what an import of `inputs` will bring. Reads headers, glTF documents, and samples of OBJ files, which is a
+/// Tells what an import of `inputs` with `options` will bring. Reads headers, glTF documents, and samples of OBJ files, which is a
 /// matter of milliseconds.
 ///
 /// # Errors
 ///
 /// Those that [`import`](crate::import) would end with for what has been read.
-pub fn survey(inputs: &[PathBuf]) -> Result<Survey> {
+pub fn survey(inputs: &[PathBuf], options: &ImportOptions) -> Result<Survey> {
     let inputs = Inputs::open(inputs)?;
     let mut all = Survey { is_exact: true, ..Survey::default() };
     for (model, (format, bytes)) in inputs.models.iter().zip(inputs.formats) {
         let found = match format {
             Format::Obj => obj::survey(&model.path)?,
             Format::Ply => ply::survey(&model.path)?,
-            Format::Gltf => gltf::survey(&model.path)?,
+            Format::Gltf => gltf::survey(&model.path, options)?,
             Format::Hair => hair::survey(&model.path)?,
         };
         all.bytes = all.bytes.saturating_add(bytes);
         all.triangles = all.triangles.saturating_add(found.triangles);
+        all.instances = all.instances.saturating_add(found.instances);
         all.vertices = all.vertices.saturating_add(found.vertices);
         all.attributed_vertices = all.attributed_vertices.saturating_add(found.attributed_vertices);
         all.kept_vertices = all.kept_vertices.saturating_add(found.kept_vertices);

@@ -121,7 +121,7 @@ fn check(root: &Path, entry: &Entry) -> Option<String> {
 
 /// What is wrong with what is told of the file before its import, if anything.
 fn judge_survey(path: &Path, outcome: &Result<Import, ImportError>) -> Option<String> {
-    let Ok(found) = catch_unwind(|| survey(&[path.to_owned()])) else {
+    let Ok(found) = catch_unwind(|| survey(&[path.to_owned()], &ImportOptions::default())) else {
         return Some("the survey panicked".into());
     };
     match (found, outcome) {

@@ -2,14 +2,15 @@
 
 use crate::vertices::VertexCode;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{DAffine3, DMat3, DVec3, DVec4, Vec3};
+use raystrips_geom::affine::condition;
 use raystrips_geom::{Aabb, Frame, NodeGrid, PageGrid, RadiusCode, Subgrid};
 
 /// First bytes of a pack. As in PNG: a byte that is not text, a name, line ends that a text transfer would
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 5;
+pub const FORMAT_VERSION: u32 = 6;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].
@@ -20,6 +21,8 @@ pub const FOOTER_BYTES: usize = size_of::<Footer>();
 pub const WIDTH: usize = 8;
 /// Most pages, and most roots of trees in them.
 pub const MAX_PAGES: u64 = 1 << 29;
+/// Most instances.
+pub const MAX_INSTANCES: u64 = 1 << 29;
 /// Most levels of nodes, those above the pages and those in a page counted together.
 pub const MAX_DEPTH: usize = 128;
 /// Most vertices of a cluster, so that a byte names one.
@@ -108,6 +111,8 @@ pub enum Section {
     TileDirectory = 12,
     /// The codes of tiles of images that [`Section::TileDirectory`] lists, one after the other; optional.
     Tiles = 13,
+    /// [`Instance`]s; optional.
+    Instances = 14,
 }
 
 /// Directory entry of the attributes of a page or of a tile.
@@ -277,7 +282,7 @@ pub struct TopNode {
     /// Where the children are.
     pub boxes: ChildBoxes,
     /// [`TopNode::EMPTY`]; or [`TopNode::NODE`] and the place of a node after this one; or [`TopNode::ENTRY`] and the
-    /// place of a [`TopEntry`]. Used places come first.
+    /// place of a [`TopEntry`]; or [`TopNode::INSTANCE`] and the place of an [`Instance`]. Used places come first.
     pub child: [u32; WIDTH],
 }
 
@@ -290,6 +295,8 @@ impl TopNode {
     pub const NODE: u32 = 1 << 29;
     /// The root of a tree in a page.
     pub const ENTRY: u32 = 2 << 29;
+    /// A part of the scene at a place of its own.
+    pub const INSTANCE: u32 = 3 << 29;
 
     /// Number of children.
     #[inline(always)]
@@ -306,6 +313,38 @@ pub struct TopEntry {
     pub page: PageId,
     /// The node in it.
     pub node: u32,
+}
+
+/// A part of the scene, which may stand at many places, at one of them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Instance {
+    /// Three rows a, b, c, d: a coordinate in the scene is `a x + b y + c z + d` of those in the part.
+    pub world_from_local: [[f32; 4]; 3],
+    /// The [`TopNode`] that is the root of the part.
+    pub root: u32,
+}
+
+impl Instance {
+    /// Most of [`Instance::condition`].
+    pub const MAX_CONDITION: f64 = 64.0;
+
+    /// From the part to the scene.
+    #[inline]
+    pub fn world_from_local(&self) -> DAffine3 {
+        let row = |i: usize| DVec4::from_array(self.world_from_local[i].map(f64::from));
+        let [x, y, z] = [row(0), row(1), row(2)];
+        DAffine3 {
+            matrix3: DMat3::from_cols(x.truncate(), y.truncate(), z.truncate()).transpose(),
+            translation: DVec3::new(x.w, y.w, z.w),
+        }
+    }
+
+    /// The [`condition`] of the matrix.
+    pub fn condition(&self) -> f64 {
+        let affine = self.world_from_local();
+        if affine.translation.is_finite() { condition(affine.matrix3) } else { f64::INFINITY }
+    }
 }
 
 /// Begins a page.

@@ -25,12 +25,15 @@ mod shading;
 pub mod strand_record;
 pub mod strip_record;
 pub mod tile_code;
+mod top;
 pub mod vertices;
 pub mod writer;
 
 pub use attributes::{AttributeBuilder, AttributeView, check_attributes};
 pub use error::PackError;
-pub use layout::{BlockEntry, Emitter, GeometryBounds, PageEntry, PageId, TopEntry, TopNode, WideNode};
+pub use layout::{
+    BlockEntry, Emitter, GeometryBounds, Instance, PageEntry, PageId, TopEntry, TopNode, WideNode,
+};
 pub use manifest::{ByteCounts, Dropped, Manifest};
 pub use page::{ClusterView, PageView, builder::PageBuilder, check::check_checksum, check::check_page};
 pub use proxy::ProxyKind;

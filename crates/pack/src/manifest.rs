@@ -13,8 +13,12 @@ pub const MAX_MANIFEST_BYTES: usize = 1 << 27;
 pub struct Manifest {
     /// Program and version that wrote it.
     pub generator: String,
-    /// Triangles and segments of strands.
+    /// Triangles and segments of strands, those of parts once.
     pub primitives: u64,
+    /// The same, those of parts as often as instances show them.
+    pub shown: u64,
+    /// Instances.
+    pub instances: u64,
     /// Segments of strands alone.
     pub segments: u64,
     /// Different positions; pages hold those that several clusters use more than once.

@@ -8,31 +8,38 @@ pub(crate) enum Child {
     None,
     /// The node of that number.
     Node(usize),
-    /// A strip or an entry that exists.
+    /// A strip, an entry or an instance that exists.
     Leaf,
-    /// A strip or an entry that does not, and why.
+    /// One that does not, and why.
     Broken(&'static str),
 }
 
+/// Where a node is.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    /// The root of its tree.
+    pub root: usize,
+    /// Levels from there to the node, both included.
+    pub level: usize,
+}
+
 /// Checks each node by itself, and that they form trees of at most `depth_limit` levels, parents before their
-/// children. Gives the number of trees.
+/// children. Gives the place of each.
 pub(crate) fn check_nodes<N>(
     nodes: &[N],
     depth_limit: usize,
     check_node: impl Fn(&N) -> Result<(), &'static str>,
     children: impl Fn(&N) -> [Child; WIDTH],
-) -> Result<usize, String> {
-    // Level of each node; 0 as long as it is nobody's child.
-    let mut level = vec![0; nodes.len()];
-    let mut tree_count = 0;
+) -> Result<Vec<Place>, String> {
+    // A root as long as it is nobody's child.
+    let mut places: Vec<Place> = (0..nodes.len()).map(|root| Place { root, level: 1 }).collect();
     for (i, node) in nodes.iter().enumerate() {
         let wrong = |what: &str| Err(format!("node {i}: {what}"));
         if let Err(what) = check_node(node) {
             return wrong(what);
         }
-        tree_count += usize::from(level[i] == 0);
-        let here = level[i].max(1);
-        if here > depth_limit {
+        let here = places[i];
+        if here.level > depth_limit {
             return wrong("too deep");
         }
         let mut ended = false;
@@ -43,12 +50,14 @@ pub(crate) fn check_nodes<N>(
                 _ if ended => return wrong("a child after an empty place"),
                 Child::Leaf => {}
                 Child::Broken(what) => return wrong(what),
-                Child::Node(c) if c <= i || c >= nodes.len() || level[c] != 0 => return wrong("bad child"),
-                Child::Node(c) => level[c] = here + 1,
+                Child::Node(c) if c <= i || c >= nodes.len() || places[c].root != c => {
+                    return wrong("bad child");
+                }
+                Child::Node(c) => places[c] = Place { root: here.root, level: here.level + 1 },
             }
         }
     }
-    Ok(tree_count)
+    Ok(places)
 }
 
 /// Checks that planes above the pages are finite: what the box test needs to be free of NaN.

@@ -3,7 +3,6 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::Manifest;
-use crate::nodes::{Child, check_boxes, check_nodes};
 use crate::proxy::{Part, ProxyKind};
 use crate::sections::Sections;
 use crate::shading::Shading;
@@ -11,7 +10,8 @@ use std::io::{Read, Seek};
 
 /// The resident part of a pack.
 ///
-/// Memory: 32 bytes a page and what [`Shading`] takes, the nodes above the pages, the emitters and the manifest.
+/// Memory: 32 bytes a page and what [`Shading`] takes, the nodes above the pages, 52 bytes an
+/// instance, the emitters and the manifest.
 #[derive(Clone, Debug)]
 pub struct Pack {
     /// Numbers and names.
@@ -22,6 +22,10 @@ pub struct Pack {
     pub top_nodes: Vec<TopNode>,
     /// Ways into pages.
     pub top_entries: Vec<TopEntry>,
+    /// Parts of the scene at places of their own.
+    pub instances: Vec<Instance>,
+    /// The greatest [`Instance::condition`]; 1 if there are no instances.
+    pub condition: f32,
     /// Emissive triangles.
     pub emitters: Vec<Emitter>,
     /// Boxes of the geometries; none if they are not kept.
@@ -41,12 +45,15 @@ impl Pack {
     pub fn open(file: &mut (impl Read + Seek)) -> Result<Pack, PackError> {
         let mut sections = Sections::find(file)?;
         let directory: Vec<PageEntry> = sections.array(Section::Directory)?;
+        let instances: Vec<Instance> = sections.optional_array(Section::Instances)?;
         let pack = Pack {
             manifest: Manifest::decode(&sections.array(Section::Manifest)?)?,
             shading: Shading::open(&mut sections, directory.len())?,
             directory,
             top_nodes: sections.array(Section::TopNodes)?,
             top_entries: sections.array(Section::TopEntries)?,
+            condition: instances.iter().map(Instance::condition).fold(1.0, f64::max) as f32,
+            instances,
             emitters: sections.array(Section::Emitters)?,
             geometry_bounds: sections.optional_array(Section::GeometryBounds)?,
             proxies: [
@@ -68,6 +75,7 @@ impl Pack {
         (size_of_val(&self.directory[..])
             + size_of_val(&self.top_nodes[..])
             + size_of_val(&self.top_entries[..])
+            + size_of_val(&self.instances[..])
             + 2 * size_of_val(&self.emitters[..])
             + size_of_val(&self.geometry_bounds[..])) as u64
             + self.shading.resident_bytes()
@@ -162,7 +170,12 @@ impl Pack {
             return wrong(pair[0].2.max(pair[1].2));
         }
         let pages = self.directory.len() as u64;
-        if triangles != self.manifest.primitives || pages != self.manifest.pages || pages > MAX_PAGES {
+        let instances = self.instances.len() as u64;
+        if triangles != self.manifest.primitives
+            || pages != self.manifest.pages
+            || pages > MAX_PAGES
+            || instances != self.manifest.instances
+        {
             return Err(PackError::corrupt("directory and manifest differ"));
         }
         let ids = triangles.checked_mul(u64::from(self.manifest.id_bytes));
@@ -170,45 +183,6 @@ impl Pack {
             return Err(PackError::corrupt("wrong number of triangle ids"));
         }
         Ok(())
-    }
-
-    /// Checks that the top nodes are one tree of bounded depth whose leaves are pages.
-    fn check_top(&self) -> Result<(), PackError> {
-        let child = |c: u32| {
-            let number = (c & !TopNode::KIND) as usize;
-            match c & TopNode::KIND {
-                _ if c == TopNode::EMPTY => Child::None,
-                TopNode::NODE => Child::Node(number),
-                TopNode::ENTRY if self.has_entry(number) => Child::Leaf,
-                _ => Child::Broken("leads to no page"),
-            }
-        };
-        let wrong = |what: &str| PackError::corrupt(format!("above the pages: {what}"));
-        if self.top_entries.len() as u64 > MAX_PAGES {
-            return Err(wrong("more entries than can be named"));
-        }
-        let depth_limit = self.manifest.depth as usize;
-        let trees =
-            check_nodes(&self.top_nodes, depth_limit, |n| check_boxes(&n.boxes), |n| n.child.map(child))
-                .map_err(|what| wrong(&what))?;
-        if trees != 1 {
-            return Err(wrong("not one tree"));
-        }
-        let mut is_child = vec![false; self.top_entries.len()];
-        let entries =
-            self.top_nodes.iter().flat_map(|n| n.child).filter(|c| c & TopNode::KIND == TopNode::ENTRY);
-        for entry in entries {
-            if std::mem::replace(&mut is_child[(entry & !TopNode::KIND) as usize], true) {
-                return Err(wrong("an entry below two nodes"));
-            }
-        }
-        Ok(())
-    }
-
-    fn has_entry(&self, i: usize) -> bool {
-        let page_has =
-            |e: &TopEntry| self.directory.get(e.page as usize).is_some_and(|p| e.node < p.node_count);
-        self.top_entries.get(i).is_some_and(page_has)
     }
 
     fn check_scene(&self) -> Result<(), PackError> {

@@ -19,6 +19,8 @@ pub struct PackContents<'a> {
     pub top_nodes: &'a [TopNode],
     /// Ways into pages.
     pub top_entries: &'a [TopEntry],
+    /// Parts of the scene at places of their own.
+    pub instances: &'a [Instance],
     /// Emissive triangles: an array of [`Emitter`].
     pub emitters: &'a mut dyn Read,
     /// Original triangle ids in the order of the pack, [`Manifest::id_bytes`] each; empty if not kept.
@@ -217,8 +219,12 @@ impl PackWriter {
     /// # Panics
     /// If the triangle ids are not as many as the triangles.
     pub fn finish(mut self, path: &Path, contents: PackContents) -> Result<(Manifest, u64), PackError> {
-        let top_bytes = (size_of_val(contents.top_nodes) + size_of_val(contents.top_entries)) as u64;
+        let top_bytes = size_of_val(contents.top_nodes)
+            + size_of_val(contents.top_entries)
+            + size_of_val(contents.instances);
+        let top_bytes = top_bytes as u64;
         self.totals.bytes.nodes += top_bytes;
+        self.totals.instances = contents.instances.len() as u64;
         self.totals.strand_bytes.nodes += top_bytes * self.strand_pages / self.page_count().max(1);
         let id_bytes = u64::from(self.totals.id_bytes);
         self.totals.bytes.ids = self.totals.primitives * id_bytes;
@@ -249,6 +255,9 @@ impl PackWriter {
         if !contents.geometry_bounds.is_empty() {
             let bounds: &[u8] = bytemuck::cast_slice(contents.geometry_bounds);
             sections.push(self.section(Section::GeometryBounds, bounds)?);
+        }
+        if !contents.instances.is_empty() {
+            sections.push(self.section(Section::Instances, bytemuck::cast_slice(contents.instances))?);
         }
         for (kind, proxy) in contents.proxies {
             sections.push(self.section(kind.section(), proxy)?);

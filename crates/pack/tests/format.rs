@@ -40,6 +40,7 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
         record!(ChildBoxes { origin, exponent, reserved, lo, hi }),
         record!(TopNode { boxes, child }),
         record!(TopEntry { page, node }),
+        record!(Instance { world_from_local, root }),
         record!(WideNode { origin, reserved, exponent, reserved_too, first, cluster, count, lo, hi }),
         record!(PageHeader {
             last_node,
@@ -117,10 +118,11 @@ fn records_are_as_described() {
 
 #[test]
 fn constants_are_as_described() {
-    let code: [(&str, i64); 26] = [
+    let code: [(&str, i64); 29] = [
         ("FORMAT_VERSION", FORMAT_VERSION.into()),
         ("ALIGNMENT", ALIGNMENT as i64),
         ("MAX_PAGES", MAX_PAGES as i64),
+        ("MAX_INSTANCES", MAX_INSTANCES as i64),
         ("WIDTH", WIDTH as i64),
         ("MAX_DEPTH", MAX_DEPTH as i64),
         ("MAX_PAGE_NODES", MAX_PAGE_NODES as i64),
@@ -144,6 +146,8 @@ fn constants_are_as_described() {
         ("TopNode::EMPTY", TopNode::EMPTY.into()),
         ("TopNode::NODE", TopNode::NODE.into()),
         ("TopNode::ENTRY", TopNode::ENTRY.into()),
+        ("TopNode::INSTANCE", TopNode::INSTANCE.into()),
+        ("Instance::MAX_CONDITION", Instance::MAX_CONDITION as i64),
     ];
     let number = |s: &str| match s.strip_prefix("0x") {
         Some(hex) => i64::from_str_radix(hex, 16).unwrap(),
@@ -181,6 +185,7 @@ fn section_kinds_are_as_described() {
         Attributes,
         TileDirectory,
         Tiles,
+        Instances,
     ];
     let described = rows(&document(), "### SectionEntry", 1);
     let described: Vec<_> = described.iter().map(|row| (row[0].clone(), plain(&row[1]))).collect();

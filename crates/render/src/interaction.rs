@@ -84,10 +84,11 @@ impl Seen<'_> {
         if !hit.is_hit() {
             return None;
         }
-        match &surface.shape {
+        let point = match &surface.shape {
             Shape::Triangle(corners) => SurfacePoint::on_triangle(corners, surface.u, surface.v),
             Shape::Segment(segment) => SurfacePoint::on_segment(segment, surface.u, self.ray, hit.t),
-        }
+        }?;
+        Some(SurfacePoint { error: point.error + surface.error, ..point })
     }
 }
 

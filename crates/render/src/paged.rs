@@ -7,7 +7,7 @@ use raystrips_extmem::BlockBuffer;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_tracer::{
     AttributeView, Buffered, Cursor, OpenError, PageId, PagePool, PageView, RayBuffer, VisitTracer,
-    locate_in, page_of,
+    locate_in, page_of, placed, placed_attributes,
 };
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -50,7 +50,13 @@ impl PagedWorld {
         let block = self.pool.attributes(id)?;
         let first = self.pool.pack().directory[id as usize].first_triangle;
         let corners = AttributeView::new(&block).map(|view| view.triangle((found.triangle - first) as usize));
-        Ok(surface_of(&found, corners))
+        Ok(match self.pool.pack().instances.get(hit.instance as usize) {
+            Some(instance) => {
+                let corners = corners.map(|corners| placed_attributes(instance, corners));
+                surface_of(&placed(instance, &found), corners)
+            }
+            None => surface_of(&found, corners),
+        })
     }
 
     /// How long threads waited for pages that rays of a batch needed, in sum.

@@ -48,7 +48,7 @@ impl BruteWorld {
         for (i, triangle) in self.triangles.iter().enumerate() {
             if let Some([t, u, v]) = intersect_triangle(&triangle.corners, ray, tfar) {
                 tfar = t;
-                nearest = Hit { t: t as f32, u: u as f32, v: v as f32, prim_id: i as u64 };
+                nearest = Hit { t: t as f32, u: u as f32, v: v as f32, prim_id: i as u64, ..Hit::MISS };
             }
         }
         nearest
@@ -75,6 +75,7 @@ impl World for BruteWorld {
                 shape: Shape::Triangle(corners),
                 u: hit.u,
                 v: hit.v,
+                error: 0.0,
                 corners: None,
             };
         }

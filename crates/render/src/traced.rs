@@ -3,7 +3,7 @@
 use crate::world::{Emitter, Surface, Tile, World};
 use glam::Vec3;
 use raystrips_geom::{Aabb, Attributes, Hit, Ray, scene::SceneDesc};
-use raystrips_tracer::{OpenError, ResolvedHit, Scene, Tracer, page_of};
+use raystrips_tracer::{OpenError, ResolvedHit, Scene, Tracer};
 
 /// A scene of the tracer, ready to be rendered.
 pub struct TracedWorld {
@@ -20,7 +20,7 @@ impl TracedWorld {
 
     fn surface(&self, hit: &Hit) -> Surface {
         let found = self.scene.locate(hit);
-        let corners = self.scene.attributes(page_of(hit), found.triangle);
+        let corners = self.scene.attributes(hit, found.triangle);
         surface_of(&found, corners)
     }
 
@@ -78,6 +78,6 @@ pub(crate) fn emitters(stored: &[raystrips_tracer::Emitter]) -> Vec<Emitter> {
 }
 
 pub(crate) fn surface_of(found: &ResolvedHit, corners: Option<[Attributes; 3]>) -> Surface {
-    let &ResolvedHit { geometry, triangle, shape, u, v } = found;
-    Surface { geometry, triangle, shape, u, v, corners }
+    let &ResolvedHit { geometry, triangle, shape, u, v, error } = found;
+    Surface { geometry, triangle, shape, u, v, error, corners }
 }

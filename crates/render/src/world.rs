@@ -79,6 +79,8 @@ pub struct Surface {
     pub u: f32,
     /// Weight of the third corner; 0 on a segment.
     pub v: f32,
+    /// By how much more than elsewhere the next ray may take it to be beside its place.
+    pub error: f32,
     /// What the corners of the triangle have besides, if they have anything.
     pub corners: Option<[Attributes; 3]>,
 }

@@ -90,11 +90,15 @@ fn slack<S: Simd>(s: S, origin: S::F, extent: S::F, org: &[f32; 4]) -> S::F {
     s.mul(reach, s.splat(RELATIVE_SLACK))
 }
 
-/// The slack of all nodes above the pages.
+/// The slack of all nodes above the pages, in a tree with instances of at most this condition.
+///
+/// In a part, origin and direction of a ray are rounded once more, and what is rounded there counts for as many times as
+/// much here.
 #[inline(always)]
-pub(crate) fn top_slack<S: Simd>(s: S, root: &TopNode, ray: &PreparedRay) -> [f32; LANES] {
+pub(crate) fn top_slack<S: Simd>(s: S, root: &TopNode, ray: &PreparedRay, condition: f32) -> [f32; LANES] {
     let (origin, spacing) = top_grid(s, root);
-    s.store(slack(s, origin, s.mul(spacing, s.splat(f32::from(u8::MAX))), &ray.org))
+    let slack = slack(s, origin, s.mul(spacing, s.splat(f32::from(u8::MAX))), &ray.org);
+    s.store(s.mul(slack, s.splat(condition)))
 }
 
 /// Origin and spacing of a page's grid.

@@ -10,7 +10,7 @@ use crate::simd::Simd;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::avx2::Avx2;
 use crate::simd::portable::Portable;
-use crate::stream::{Jobs, Start, WALKS, trace_stream};
+use crate::stream::{Jobs, Start, Stopped, WALKS, trace_stream};
 use crate::walk::Walk;
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::PageId;
@@ -186,7 +186,7 @@ impl<D: FnMut(usize, Hit)> Jobs for Batch<'_, D> {
         (self.done)(number, hit);
     }
 
-    fn set_aside(&mut self, _: usize, page: PageId, _: Hit, _: u32) {
+    fn set_aside(&mut self, _: usize, Stopped { page, .. }: Stopped) {
         unreachable!("page {page}: {ALL_IN_MEMORY}")
     }
 }
@@ -266,9 +266,9 @@ impl<E: Copy> Jobs for Buffered<'_, E> {
         (self.done)(errand, ray, hit);
     }
 
-    fn set_aside(&mut self, number: usize, page: PageId, best: Hit, link: u32) {
+    fn set_aside(&mut self, number: usize, Stopped { page, best, link, instance }: Stopped) {
         let (errand, ray) = self.rays.ray(number);
-        (self.aside)(page, Parked { errand, ray, best, link });
+        (self.aside)(page, Parked { errand, ray, best, link, instance });
     }
 }
 

@@ -7,7 +7,7 @@
 //! - **Watertight**: a ray that meets a closed mesh hits it, also at edges and vertices ([`window`]), and no box
 //!   on the way loses it ([`boxes`]).
 //! - **One answer**: the hit does not depend on the order in which triangles are met, on threads, or on the
-//!   instructions used. It is the least of (distance, place in the pack) over all triangles hit. Boxes are wide
+//!   instructions used. It is the least of (distance, instance, place in the pack) over all triangles hit. Boxes are wide
 //!   enough that their entry is never behind a hit in them, so that skipping what lies behind the best hit can
 //!   never skip a better one.
 
@@ -17,6 +17,7 @@ mod observe;
 mod opacity;
 mod packet;
 mod pages;
+mod placed;
 mod prepared;
 mod rays;
 mod scene;
@@ -30,7 +31,10 @@ mod window;
 pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use observe::{Access, Part};
 pub use packet::PACKET;
+pub use placed::{placed, placed_attributes};
 pub use rays::{Cursor, Parked, RayBuffer};
-pub use raystrips_pack::{AttributeView, Emitter, GeometryBounds, PackError, PageId, PageView, ProxyKind};
+pub use raystrips_pack::{
+    AttributeView, Emitter, GeometryBounds, Instance, PackError, PageId, PageView, ProxyKind,
+};
 pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::simd::portable::Portable;
 use crate::walk::{Step, Walk};
 use raystrips_geom::{Hit, Ray};
-use raystrips_pack::{PageId, PageView, TopEntry, TopNode};
+use raystrips_pack::{Instance, PageId, PageView, TopEntry, TopNode};
 use std::cell::RefCell;
 
 /// What is read.
@@ -87,6 +87,14 @@ impl<'s> Pages<'s> for Observed<'s, '_> {
         Some(self.scene.page(id))
     }
 
+    fn instances(self) -> &'s [Instance] {
+        Pages::instances(self.scene)
+    }
+
+    fn condition(self) -> f32 {
+        Pages::condition(self.scene)
+    }
+
     fn parent(self, link: u32) -> u32 {
         Pages::parent(self.scene, link)
     }
@@ -102,13 +110,15 @@ impl<'s> Pages<'s> for Observed<'s, '_> {
     fn before_step<const ANY: bool>(self, walk: &Walk<'s, ANY>) {
         let number = walk.link() & !TopNode::KIND;
         match walk.step() {
-            Step::TOP => self.upper(u64::from(number) * size_of::<TopNode>() as u64, size_of::<TopNode>()),
+            Step::TOP => self.top_node(number),
+            Step::INSTANCE => {
+                let pack = self.scene.pack();
+                let before = size_of_val(&pack.top_nodes[..]) + size_of_val(&pack.top_entries[..]);
+                self.upper::<Instance>(before, number);
+                self.top_node(pack.instances[number as usize].root);
+            }
             Step::ENTER => {
-                let entries_place = size_of_val(self.top_nodes()) as u64;
-                self.upper(
-                    entries_place + u64::from(number) * size_of::<TopEntry>() as u64,
-                    size_of::<TopEntry>(),
-                );
+                self.upper::<TopEntry>(size_of_val(self.top_nodes()), number);
                 let TopEntry { page, node } = self.top_entry(number);
                 let reader = PageReader { observed: self, page, view: self.scene.page(page) };
                 reader.read(Part::Lower, bytemuck::bytes_of(reader.view.header()));
@@ -124,8 +134,15 @@ impl<'s> Pages<'s> for Observed<'s, '_> {
 }
 
 impl<'s, 'o> Observed<'s, 'o> {
-    fn upper(self, place: u64, bytes: usize) {
-        (self.tell)(Access { part: Part::Upper, place: UPPER_PLACE + place, bytes: bytes as u64 });
+    fn top_node(self, number: u32) {
+        self.upper::<TopNode>(0, number);
+    }
+
+    /// Record number `number` of a list that so many bytes are before.
+    fn upper<T>(self, before: usize, number: u32) {
+        let bytes = size_of::<T>() as u64;
+        let place = UPPER_PLACE + before as u64 + u64::from(number) * bytes;
+        (self.tell)(Access { part: Part::Upper, place, bytes });
     }
 
     fn reader<const ANY: bool>(self, walk: &Walk<'s, ANY>) -> PageReader<'s, 'o> {

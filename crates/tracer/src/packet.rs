@@ -97,7 +97,7 @@ impl Packet {
         pages: impl Pages<'s>,
         single: &mut Walk<'s, false>,
     ) -> Result<(), PageId> {
-        let slack = top_slack(s, &pages.top_nodes()[0], &self.rays[0]);
+        let slack = top_slack(s, &pages.top_nodes()[0], &self.rays[0], pages.condition());
         self.interval = Interval::of(&self.inv_dir);
         let mut page: PageId = 0;
         let mut view = pages.some_page();
@@ -109,10 +109,12 @@ impl Packet {
             if here.tnear > self.farthest {
                 continue;
             }
-            // Turned boxes are for single rays: a packet keeps together along the axes of the scene.
-            let is_in_turned_page =
-                matches!(Step::of(here.link), Step::NODE | Step::STRIP) && view.header().is_turned();
-            if here.active.count_ones() <= FEW || is_in_turned_page {
+            // A packet keeps together along the axes of the scene: turned boxes and instances are for single rays.
+            let is_turned = match Step::of(here.link) {
+                Step::NODE | Step::STRIP => view.header().is_turned(),
+                step => step == Step::INSTANCE,
+            };
+            if here.active.count_ones() <= FEW || is_turned {
                 self.go_on_alone(s, pages, single, (page, view), &here)?;
                 self.farthest = self.farthest_limit(s);
                 continue;

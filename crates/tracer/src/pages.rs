@@ -2,7 +2,7 @@
 
 use crate::scene::Scene;
 use crate::walk::Walk;
-use raystrips_pack::{PageId, PageView, TopEntry, TopNode};
+use raystrips_pack::{Instance, PageId, PageView, TopEntry, TopNode};
 use raystrips_paging::Visit;
 
 /// Pages, all or some of which are in memory for `'s`.
@@ -15,6 +15,12 @@ pub(crate) trait Pages<'s>: Copy {
 
     /// Page `id`; none if it is not in memory.
     fn page(self, id: PageId) -> Option<PageView<'s>>;
+
+    /// Parts of the scene at places of their own.
+    fn instances(self) -> &'s [Instance];
+
+    /// The greatest [condition](Instance::condition) of instances, 1 if there are none.
+    fn condition(self) -> f32;
 
     /// The node above the child with this link.
     fn parent(self, link: u32) -> u32;
@@ -46,6 +52,16 @@ impl<'s> Pages<'s> for &'s Scene {
         Some(Scene::page(self, id))
     }
 
+    #[inline(always)]
+    fn instances(self) -> &'s [Instance] {
+        &self.pack().instances
+    }
+
+    #[inline(always)]
+    fn condition(self) -> f32 {
+        self.pack().condition
+    }
+
     fn parent(self, _: u32) -> u32 {
         unreachable!("no ray waits where all pages are in memory")
     }
@@ -74,6 +90,16 @@ impl<'s> Pages<'s> for &'s Visit<'s> {
     #[inline(always)]
     fn page(self, id: PageId) -> Option<PageView<'s>> {
         Visit::page(self, id)
+    }
+
+    #[inline(always)]
+    fn instances(self) -> &'s [Instance] {
+        &self.pool().pack().instances
+    }
+
+    #[inline(always)]
+    fn condition(self) -> f32 {
+        self.pool().pack().condition
     }
 
     #[inline(always)]

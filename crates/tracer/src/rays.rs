@@ -13,6 +13,8 @@ pub(crate) struct WaitingRay<'a> {
     pub best: Hit,
     /// What is next: a link of a [`TopNode`].
     pub link: u32,
+    /// The instance that it is in, or [`Hit::NO_INSTANCE`].
+    pub instance: u32,
 }
 
 /// Rays that wait, each with an errand: what is to be done with its hit.
@@ -21,6 +23,8 @@ pub struct RayBuffer<E> {
     records: Vec<Record<E>>,
     /// Of those rays that have a hit.
     hits: Vec<Hit>,
+    /// Of those rays that are in one.
+    instances: Vec<u32>,
 }
 
 /// A ray that cannot go on before a page is in memory.
@@ -30,6 +34,7 @@ pub struct Parked<E> {
     pub(crate) ray: Ray,
     pub(crate) best: Hit,
     pub(crate) link: u32,
+    pub(crate) instance: u32,
 }
 
 /// A place in a [`RayBuffer`], from its beginning on.
@@ -38,22 +43,26 @@ pub struct Cursor {
     pub(crate) next: usize,
     /// Where the hits of the next rays begin.
     hit: usize,
+    /// Where their instances begin.
+    instance: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Record<E> {
     errand: E,
     ray: Ray,
-    /// What is next, with [`HAS_HIT`].
+    /// What is next, with [`HAS_HIT`] and [`IN_INSTANCE`].
     link: u32,
 }
 
 /// The bit of a link that no kind of child has.
 const HAS_HIT: u32 = 1 << 31;
+/// What makes an entry in an instance of an entry: the bits of both, an instance itself, nobody waits for.
+const IN_INSTANCE: u32 = TopNode::INSTANCE;
 
 impl<E> Default for RayBuffer<E> {
     fn default() -> RayBuffer<E> {
-        RayBuffer { records: Vec::new(), hits: Vec::new() }
+        RayBuffer { records: Vec::new(), hits: Vec::new(), instances: Vec::new() }
     }
 }
 
@@ -65,7 +74,11 @@ impl<E: Copy> RayBuffer<E> {
 
     /// Adds a ray that is on its way.
     pub fn push_parked(&mut self, parked: &Parked<E>) {
-        let &Parked { errand, ray, best, mut link } = parked;
+        let &Parked { errand, ray, best, mut link, instance } = parked;
+        if instance != Hit::NO_INSTANCE {
+            link |= IN_INSTANCE;
+            self.instances.push(instance);
+        }
         if best.is_hit() {
             link |= HAS_HIT;
             self.hits.push(best);
@@ -84,6 +97,8 @@ impl<E: Copy> RayBuffer<E> {
         self.records.append(&mut other.records);
         reserve(&mut self.hits, other.hits.len());
         self.hits.append(&mut other.hits);
+        reserve(&mut self.instances, other.instances.len());
+        self.instances.append(&mut other.instances);
     }
 
     /// Rays in it.
@@ -100,11 +115,14 @@ impl<E: Copy> RayBuffer<E> {
     pub fn clear(&mut self) {
         self.records.clear();
         self.hits.clear();
+        self.instances.clear();
     }
 
     /// Bytes of memory that it takes.
     pub fn bytes(&self) -> usize {
-        self.records.capacity() * size_of::<Record<E>>() + self.hits.capacity() * size_of::<Hit>()
+        self.records.capacity() * size_of::<Record<E>>()
+            + self.hits.capacity() * size_of::<Hit>()
+            + self.instances.capacity() * size_of::<u32>()
     }
 
     /// Rays from `cursor` on.
@@ -114,14 +132,21 @@ impl<E: Copy> RayBuffer<E> {
 
     /// The ray at `cursor`, which moves on.
     pub(crate) fn take_next(&self, cursor: &mut Cursor) -> Option<(E, WaitingRay<'_>)> {
-        let Record { errand, ray, link } = self.records.get(cursor.next)?;
+        let &Record { errand, ref ray, mut link } = self.records.get(cursor.next)?;
         cursor.next += 1;
         let mut best = Hit::MISS;
         if link & HAS_HIT != 0 {
             best = self.hits[cursor.hit];
             cursor.hit += 1;
         }
-        Some((*errand, WaitingRay { ray, best, link: link & !HAS_HIT }))
+        link &= !HAS_HIT;
+        let mut instance = Hit::NO_INSTANCE;
+        if link & TopNode::KIND == IN_INSTANCE {
+            instance = self.instances[cursor.instance];
+            cursor.instance += 1;
+            link = link & !TopNode::KIND | TopNode::ENTRY;
+        }
+        Some((errand, WaitingRay { ray, best, link, instance }))
     }
 
     pub(crate) fn ray(&self, i: usize) -> (E, Ray) {

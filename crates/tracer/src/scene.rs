@@ -1,11 +1,12 @@
 //! A pack that is ready to be traced.
 
+use crate::placed::{placed, placed_attributes};
 use glam::Vec3;
 use raystrips_geom::scene::SceneDesc;
 use raystrips_geom::{Aabb, Attributes, Hit, Shape};
 use raystrips_pack::{
-    ClusterView, Emitter, GeometryBounds, Manifest, Pack, PageId, PageView, ProxyKind, StripView, TopEntry,
-    TopNode,
+    ClusterView, Emitter, GeometryBounds, Instance, Manifest, Pack, PageId, PageView, ProxyKind, StripView,
+    TopEntry, TopNode,
 };
 use raystrips_paging::{OpenError, PageTable};
 use std::path::Path;
@@ -30,6 +31,9 @@ pub struct ResolvedHit {
     pub u: f32,
     /// Weight of the third corner; 0 on a segment.
     pub v: f32,
+    /// By how much more than elsewhere the next ray may take the triangle to be beside its place: 0 but in instances, where
+    /// rays are rounded once more.
+    pub error: f32,
 }
 
 /// Where a triangle is: page, cluster, strip, triangle of the strip, from high to low bits. Ascends with the
@@ -122,11 +126,14 @@ impl Scene {
     /// # Panics
     /// If `hit` is a miss or of another scene.
     pub fn resolve(&self, hit: &Hit) -> ResolvedHit {
-        let here = self.locate(hit);
-        match self.original_id(here.triangle) {
-            Some((id, first_corner)) => ResolvedHit { triangle: id, ..rotate(here, first_corner) },
-            None => here,
-        }
+        let here = locate_in(&self.pages.page(page_of(hit)), hit);
+        self.placed(
+            hit,
+            match self.original_id(here.triangle) {
+                Some((id, first_corner)) => ResolvedHit { triangle: id, ..rotate(here, first_corner) },
+                None => here,
+            },
+        )
     }
 
     /// The same in the words of the pack, whether it keeps ids or not.
@@ -134,16 +141,27 @@ impl Scene {
     /// # Panics
     /// If `hit` is a miss or of another scene.
     pub fn locate(&self, hit: &Hit) -> ResolvedHit {
-        locate_in(&self.pages.page(page_of(hit)), hit)
+        self.placed(hit, locate_in(&self.pages.page(page_of(hit)), hit))
     }
 
-    /// The attributes of the corners of triangle `number` of the pack, which is in this page; `None` if it has none.
+    fn placed(&self, hit: &Hit, found: ResolvedHit) -> ResolvedHit {
+        self.instance(hit).map_or(found, |instance| placed(instance, &found))
+    }
+
+    /// The instance that was hit, if it was one.
+    pub fn instance(&self, hit: &Hit) -> Option<&Instance> {
+        self.pack().instances.get(hit.instance as usize)
+    }
+
+    /// The attributes of the corners of what [`Scene::locate`] found, `triangle` being its number; `None` if it has none.
     ///
     /// # Panics
-    /// If the triangle is not there.
-    pub fn attributes(&self, page: PageId, number: u64) -> Option<[Attributes; 3]> {
+    /// If the triangle is not in the page that was hit.
+    pub fn attributes(&self, hit: &Hit, triangle: u64) -> Option<[Attributes; 3]> {
+        let page = page_of(hit);
         let first = self.pack().directory[page as usize].first_triangle;
-        Some(self.pages.attributes(page)?.triangle((number - first) as usize))
+        let corners = self.pages.attributes(page)?.triangle((triangle - first) as usize);
+        Some(self.instance(hit).map_or(corners, |instance| placed_attributes(instance, corners)))
     }
 
     /// A tile of an image.
@@ -154,7 +172,8 @@ impl Scene {
         self.pages.tile(tile)
     }
 
-    /// Every triangle of the pack, in its order: geometry and corners. Strands are left out.
+    /// Every triangle of the pack, in its order: geometry and corners. Strands are left out, and what instances show is where it
+    /// is in the pack.
     pub fn triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> {
         let pages = (0..self.pages.pack().directory.len()).map(|id| self.pages.page(id as PageId));
         pages.flat_map(|page| (0..page.cluster_count()).map(move |c| page.cluster(c))).flat_map(|cluster| {
@@ -207,7 +226,7 @@ pub fn page_of(hit: &Hit) -> PageId {
     Locator(hit.prim_id).page_id()
 }
 
-/// What a hit in this page is, in the words of the pack.
+/// What a hit in this page is, in the words of the pack. Where an instance was hit, [`placed`] tells where that shows it.
 ///
 /// # Panics
 /// If the page has no such triangle.
@@ -221,6 +240,7 @@ pub fn locate_in(page: &PageView, hit: &Hit) -> ResolvedHit {
         shape: shape(&cluster, &page.strip(strip), triangle),
         u: hit.u,
         v: hit.v,
+        error: 0.0,
     }
 }
 

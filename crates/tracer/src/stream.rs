@@ -61,6 +61,18 @@ pub(crate) enum Start<'a> {
     Waiting(WaitingRay<'a>),
 }
 
+/// Where a ray stopped on its way.
+pub(crate) struct Stopped {
+    /// The page that it needs and that is not in memory.
+    pub page: PageId,
+    /// Its hit so far.
+    pub best: Hit,
+    /// What is next.
+    pub link: u32,
+    /// Where it is.
+    pub instance: u32,
+}
+
 /// Rays to be traced, by their numbers, and what becomes of them.
 pub(crate) trait Jobs {
     /// The next ray, which must be [valid](Ray::is_valid).
@@ -69,8 +81,8 @@ pub(crate) trait Jobs {
     /// Gets the hit of a ray.
     fn done(&mut self, number: usize, hit: Hit);
 
-    /// Gets a ray that cannot go on before `page` is in memory: its hit so far and the link of what is next.
-    fn set_aside(&mut self, number: usize, page: PageId, best: Hit, link: u32);
+    /// Gets a ray that cannot go on.
+    fn set_aside(&mut self, number: usize, stopped: Stopped);
 }
 
 /// No ray.
@@ -122,6 +134,20 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
                 sort_in(s, i, walks, &mut lists);
             }
         }
+        if lists[Step::INSTANCE].len >= enough {
+            for i in lists[Step::INSTANCE].take().iter() {
+                match walks[i].enter_instance(s, pages) {
+                    true => lists[Step::TOP].push(i),
+                    false => sort_in(s, i, walks, &mut lists),
+                }
+            }
+        }
+        if lists[Step::LEAVE].len >= enough {
+            for i in lists[Step::LEAVE].take().iter() {
+                walks[i].leave_instance(s, pages);
+                sort_in(s, i, walks, &mut lists);
+            }
+        }
         if lists[Step::ENTER].len >= enough {
             for i in lists[Step::ENTER].take().iter() {
                 if walks[i].enter(s, pages) {
@@ -129,7 +155,7 @@ pub(crate) fn trace_stream<'s, S: Simd, P: Pages<'s>, const ANY: bool>(
                     lists[Step::NODE].push(i);
                 } else {
                     let number = std::mem::replace(&mut ray_of[i], NONE);
-                    jobs.set_aside(number, walks[i].page_ahead(pages), walks[i].hit(), walks[i].link());
+                    jobs.set_aside(number, walks[i].stopped(pages));
                     lists[Step::DONE].push(i);
                 }
             }

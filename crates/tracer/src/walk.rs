@@ -1,15 +1,18 @@
 //! A ray on its way through a scene, one step at a time.
 //!
-//! A walk goes down the nodes above the pages, then those of each page it enters. Between two steps everything it
-//! needs is in it, so that one thread can take many walks by turns ([`crate::stream`]).
+//! A walk goes down the nodes above the pages, then those of each page it enters. To enter an instance it moves into the
+//! coordinates of what that shows, where distances along the ray stay what they are, and goes down from the root there.
+//! Between two steps everything it needs is in it, so that one thread can take many walks by turns ([`crate::stream`]).
 
 use crate::boxes::{RayGrid, page_slabs, top_slabs, top_slack};
 use crate::opacity;
 use crate::pages::Pages;
+use crate::placed;
 use crate::prepared::PreparedRay;
 use crate::rays::WaitingRay;
 use crate::scene::Locator;
 use crate::simd::{LANES, Simd, greatest_key};
+use crate::stream::Stopped;
 use crate::strip::{StripHits, test_long_strip};
 use crate::window::{Candidates, WindowHit};
 use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed};
@@ -28,12 +31,16 @@ impl Step {
     pub const TOP: usize = Step::of(TopNode::NODE);
     /// Enter a page.
     pub const ENTER: usize = Step::of(TopNode::ENTRY);
-    /// Nothing: the walk is over.
-    pub const DONE: usize = 3;
+    /// Enter an instance.
+    pub const INSTANCE: usize = Step::of(TopNode::INSTANCE);
     /// Test a strip of the page; eight bits are the number of its cluster, 16 its own.
     pub const STRIP: usize = 4;
+    /// Leave an instance, where all that is to be looked into has been.
+    pub const LEAVE: usize = 5;
+    /// Nothing: the walk is over.
+    pub const DONE: usize = 6;
     /// Kinds of steps.
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 7;
 
     #[inline(always)]
     pub const fn of(link: u32) -> usize {
@@ -43,6 +50,7 @@ impl Step {
 
 const DONE_LINK: u32 = (Step::DONE as u32) << 29;
 const STRIP_LINK: u32 = (Step::STRIP as u32) << 29;
+const LEAVE_LINK: u32 = (Step::LEAVE as u32) << 29;
 
 /// Subtrees that wait, the nearest of each node on top; at the bottom the end of the walk.
 #[derive(Debug)]
@@ -53,9 +61,10 @@ struct Stack {
 }
 
 impl Stack {
-    /// Each level above the pages and in a page, whose depths are checked apart, leaves at most one less than the
-    /// width of a node; the last one is written as a whole.
-    const SLOTS: usize = 2 * MAX_DEPTH * (WIDTH - 1) + LANES + 1;
+    /// Each level above the pages, also in instances, and in a page, whose depths are checked apart, leaves at most one
+    /// less than the width of a node; the last one is written as a whole. Beside that there are the ends of the walk and
+    /// of an instance.
+    const SLOTS: usize = 2 * MAX_DEPTH * (WIDTH - 1) + LANES + 2;
 
     fn new() -> Stack {
         let mut stack = Stack { len: 1, keys: [0; Stack::SLOTS], links: [0; Stack::SLOTS] };
@@ -72,6 +81,13 @@ impl Stack {
                 return self.links[self.len];
             }
         }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, key: u32, link: u32) {
+        self.keys[self.len] = key;
+        self.links[self.len] = link;
+        self.len += 1;
     }
 
     /// Room for the boxes of a node.
@@ -93,19 +109,23 @@ pub(crate) struct Walk<'s, const ANY: bool> {
     page_grid: RayGrid,
     top_slack: [f32; LANES],
     waiting: Stack,
+    /// In an instance, the ray outside of it.
+    outside: PreparedRay,
 }
 
 impl<'s, const ANY: bool> Walk<'s, ANY> {
     /// A walk that is over.
     pub fn idle(pages: impl Pages<'s>) -> Walk<'s, ANY> {
+        let ray = PreparedRay::new(&Ray::new(glam::Vec3::ZERO, glam::Vec3::X));
         Walk {
-            ray: PreparedRay::new(&Ray::new(glam::Vec3::ZERO, glam::Vec3::X)),
+            ray,
             best: Best::new(f32::INFINITY),
             link: DONE_LINK,
             page: pages.some_page(),
             page_grid: RayGrid::NONE,
             top_slack: [0.0; LANES],
             waiting: Stack::new(),
+            outside: ray,
         }
     }
 
@@ -114,7 +134,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     pub fn begin<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, ray: &Ray) {
         let prepared = PreparedRay::new(ray);
         // From the ray in registers: what was just stored in parts is slow to load as a whole.
-        self.top_slack = top_slack(s, &pages.top_nodes()[0], &prepared);
+        self.top_slack = scene_slack(s, pages, &prepared);
         self.ray = prepared;
         self.best = Best::new(ray.tfar);
         self.link = TopNode::NODE;
@@ -133,8 +153,9 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         link: u32,
     ) {
         self.ray = *ray;
-        self.best = Best { greatest_key: greatest_key(best.t), hit: best, locator: Locator::page(page) };
-        self.top_slack = top_slack(s, &pages.top_nodes()[0], ray);
+        self.best = Best { hit: best, ..Best::new(best.t) };
+        self.best.locator = Locator::page(page);
+        self.top_slack = scene_slack(s, pages, ray);
         self.page = view;
         self.page_grid = RayGrid::of_page(s, self.page.header(), ray);
         self.link = link;
@@ -146,7 +167,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     pub fn wake<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, waiting: &WaitingRay) {
         self.begin(s, pages, waiting.ray);
         if waiting.link != TopNode::NODE {
-            self.recover_stack(s, pages, waiting.link);
+            self.recover_stack(s, pages, waiting.link, waiting.instance);
         }
         self.link = waiting.link;
         if waiting.best.is_hit() {
@@ -158,15 +179,23 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     /// Finds again what waits behind `link`: of each node above it, the children that are farther than the one that leads
     /// there. Some may be behind the hit by now; they go when it is their turn.
     #[inline(always)]
-    fn recover_stack<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, link: u32) {
-        let mut way = [link; MAX_DEPTH + 1];
+    fn recover_stack<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, link: u32, instance: u32) {
+        let root = pages.instances().get(instance as usize).map(|instance| TopNode::NODE | instance.root);
+        let mut way = [link; MAX_DEPTH + 2];
         let mut len = 1;
         while way[len - 1] != TopNode::NODE {
-            way[len] = TopNode::NODE | pages.parent(way[len - 1]);
+            way[len] = match way[len - 1] {
+                here if Some(here) == root => TopNode::INSTANCE | instance,
+                here => TopNode::NODE | pages.parent(here),
+            };
             len += 1;
         }
         for step in (1..len).rev() {
             self.link = way[step];
+            if self.step() == Step::INSTANCE {
+                self.enter_instance(s, pages);
+                continue;
+            }
             let begin = self.waiting.len;
             self.step_top(s, pages);
             let met = &self.waiting.links[begin..self.waiting.len];
@@ -210,6 +239,12 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
                     }
                 }
                 Step::TOP => self.step_top(s, pages),
+                Step::INSTANCE => {
+                    if self.enter_instance(s, pages) {
+                        self.step_top(s, pages);
+                    }
+                }
+                Step::LEAVE => self.leave_instance(s, pages),
                 Step::ENTER => {
                     if !self.enter(s, pages) {
                         return Err(self.page_ahead(pages));
@@ -226,6 +261,16 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn step(&self) -> usize {
         Step::of(self.link)
+    }
+
+    /// Where it stops, when the next step is [`Step::ENTER`] and cannot be taken.
+    pub fn stopped(&self, pages: impl Pages<'s>) -> Stopped {
+        Stopped {
+            page: self.page_ahead(pages),
+            best: self.hit(),
+            link: self.link,
+            instance: self.best.instance,
+        }
     }
 
     /// What was found, once the walk is over.
@@ -247,6 +292,30 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         let slabs = top_slabs(s, node, &self.top_slack, &self.ray, self.best.hit.t);
         let links = s.load_words(&node.child);
         self.waiting.len += s.store_sorted(slabs, node.child_count(), links, self.waiting.room());
+    }
+
+    /// [`Step::INSTANCE`]: the next step is [`Step::TOP`]. False, and nothing done, if the ray is none there.
+    #[inline(always)]
+    pub fn enter_instance<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) -> bool {
+        let number = self.link & !TopNode::KIND;
+        let instance = &pages.instances()[number as usize];
+        let Some(local) = placed::local_ray(instance, &self.ray) else { return false };
+        self.outside = self.ray;
+        self.top_slack = top_slack(s, &pages.top_nodes()[instance.root as usize], &local, 1.0);
+        self.ray = local;
+        self.best.instance = number;
+        // Whatever the limit becomes, the way out is not passed over.
+        self.waiting.push(0, LEAVE_LINK);
+        self.link = TopNode::NODE | instance.root;
+        true
+    }
+
+    /// [`Step::LEAVE`].
+    #[inline(always)]
+    pub fn leave_instance<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) {
+        self.ray = self.outside;
+        self.top_slack = scene_slack(s, pages, &self.ray);
+        self.best.instance = Hit::NO_INSTANCE;
     }
 
     /// [`Step::ENTER`]: the next step is [`Step::NODE`]. False, and nothing done, if the page is not in memory.
@@ -344,6 +413,12 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     }
 }
 
+/// The slack of the nodes above the pages that belong to the scene, not to a part.
+#[inline(always)]
+fn scene_slack<'s, S: Simd>(s: S, pages: impl Pages<'s>, ray: &PreparedRay) -> [f32; LANES] {
+    top_slack(s, &pages.top_nodes()[0], ray, pages.condition())
+}
+
 /// The link of a node's first child; those of the others count up from there.
 #[inline(always)]
 pub(crate) fn first_link(node: &WideNode) -> u32 {
@@ -358,6 +433,8 @@ pub(crate) struct Best<const ANY: bool> {
     pub hit: Hit,
     /// That of its distance.
     greatest_key: u32,
+    /// Where the ray is.
+    instance: u32,
     pub locator: Locator,
 }
 
@@ -365,7 +442,8 @@ impl<const ANY: bool> Best<ANY> {
     #[inline(always)]
     pub fn new(tfar: f32) -> Best<ANY> {
         let hit = Hit { t: tfar, ..Hit::MISS };
-        Best { hit, greatest_key: greatest_key(tfar), locator: Locator::page(0) }
+        let instance = Hit::NO_INSTANCE;
+        Best { hit, greatest_key: greatest_key(tfar), instance, locator: Locator::page(0) }
     }
 }
 
@@ -378,11 +456,12 @@ impl<const ANY: bool> StripHits for Best<ANY> {
     #[inline(always)]
     fn hit(&mut self, head: WindowHead, reversed: bool, window: usize, found: WindowHit) {
         let prim_id = self.locator.with_triangle(window * WINDOW_TRIANGLES + found.triangle).0;
-        if found.t < self.hit.t || (found.t == self.hit.t && prim_id < self.hit.prim_id) {
+        let is_before = || (self.instance, prim_id) < (self.hit.instance, self.hit.prim_id);
+        if found.t < self.hit.t || (found.t == self.hit.t && is_before()) {
             let reversed =
                 !head.is_strand() && reversed != strip_is_reversed(&[head.turns()], found.triangle);
             let (u, v) = if reversed { (found.v, found.u) } else { (found.u, found.v) };
-            self.hit = Hit { t: found.t, u, v, prim_id };
+            self.hit = Hit { t: found.t, u, v, instance: self.instance, prim_id };
             self.greatest_key = greatest_key(found.t);
         }
     }

@@ -21,7 +21,7 @@ pub fn test(a: Vec3, [e1, e2]: [Vec3; 2], prim_id: u64, ray: &PreparedRay, best:
     let v = ray.dir.dot(q) * inv_det;
     let t = e2.dot(q) * inv_det;
     if v >= 0.0 && u + v <= 1.0 && t >= ray.tnear && t < best.t {
-        *best = Hit { t, u, v, prim_id };
+        *best = Hit { t, u, v, prim_id, ..Hit::MISS };
     }
 }
 

@@ -194,7 +194,7 @@ impl TrianglePacket {
             let i = mask.trailing_zeros() as usize;
             mask &= mask - 1;
             if t[i] < best.t {
-                *best = Hit { t: t[i], u: u[i], v: v[i], prim_id: u64::from(self.triangles[i]) };
+                *best = Hit { t: t[i], u: u[i], v: v[i], prim_id: u64::from(self.triangles[i]), ..Hit::MISS };
             }
         }
     }

@@ -89,7 +89,7 @@ impl PacketHits {
     pub fn update(&mut self, mask: u32, t: Vec4, u: Vec4, v: Vec4, prim_id: u64) {
         let (u, v) = (u.to_array(), v.to_array());
         for i in lanes(mask) {
-            self.hits[i] = Hit { t: t[i], u: u[i], v: v[i], prim_id };
+            self.hits[i] = Hit { t: t[i], u: u[i], v: v[i], prim_id, ..Hit::MISS };
         }
         let [a, b, c, d] = &self.hits;
         self.t = Vec4::new(a.t, b.t, c.t, d.t);

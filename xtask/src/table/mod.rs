@@ -6,6 +6,7 @@ mod contestants;
 mod gltf;
 mod hair;
 mod hierarchy;
+mod instances;
 mod layout;
 mod light;
 mod limited;
@@ -40,6 +41,7 @@ pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
         "light" => light::print(root)?,
         "gltf" => gltf::print(models)?,
         "hair" if !models.is_empty() => hair::print(models)?,
+        "instances" => instances::print(models)?,
         "massive" => massive::print(models)?,
         "orderings" | "buffer" | "proxy-size" | "io" | "memory-share" | "threads" | "multi-bvh" | "small" => {
             orders::print(name, models)?;
@@ -48,8 +50,9 @@ pub fn task(root: &Path, arguments: &[String]) -> Result<ExitCode> {
             "usage: cargo xtask table basics MODEL...\n       \
              cargo xtask table memory|hierarchy|single|packet|construction [MODEL...]\n       \
              cargo xtask table light\n       \
-             cargo xtask table hair SCENE...\n       {}\n       {}\n       {}\n       {}\n       {}",
+             cargo xtask table hair SCENE...\n       {}\n       {}\n       {}\n       {}\n       {}\n       {}",
             gltf::USAGE,
+            instances::USAGE,
             layout::USAGE,
             proxy::USAGE,
             massive::USAGE,

@@ -23,6 +23,7 @@ use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_simplify::StoredQuadric;
 use raystrips_strips::Mesh;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Parts of the triangles on one side of the planes that divide space, by turns of the levels.
@@ -126,8 +127,9 @@ impl Levels<'_> {
         let division = Division::Quantiles { part, most };
         let partition = partition::partition(blocks, self.bounds, &to_pack, division, &quiet)?;
         let partition = partition.ok_or_else(|| ConvertError::Scratch(lost_triangles()))?;
-        let spool = Spool::unnamed(self.folder, self.budget);
-        distribute::distribute(blocks, &partition, &to_pack, false, spool, &quiet)
+        let mut spool = Spool::unnamed(self.folder, self.budget);
+        let distributed = distribute::distribute(blocks, &partition, &to_pack, false, &mut spool, &quiet)?;
+        Ok(distributed.in_spool(Arc::new(spool)))
     }
 
     /// The observer for what is not worth a bar of its own.

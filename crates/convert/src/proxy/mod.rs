@@ -114,7 +114,7 @@ pub fn proxy(
     params: &ProxyParams,
     observer: &dyn Observer,
 ) -> Result<Proxy, ConvertError> {
-    let import = ImportOptions { bare: true, ..params.convert.import.clone() };
+    let import = ImportOptions { bare: true, instances: false, ..params.convert.import.clone() };
     let convert = ConvertParams { import, ..params.convert.clone() };
     let plan = Plan::new(inputs, output, &convert)?;
     plan.check_memory(params.bytes_at_the_end(plan.triangles))?;

@@ -3,6 +3,7 @@
 use super::levels::Levels;
 use crate::blocks::Blocks;
 use crate::distribute::{self, Pieces};
+use crate::forest::Forest;
 use crate::gathered::Gathered;
 use crate::import::Imported;
 use crate::job::Job;
@@ -16,6 +17,7 @@ use raystrips_extmem::Spool;
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
 use raystrips_pack::{Manifest, ProxyKind};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Triangles that fit the cache of a processor, and so those of the coarse proxy. A scene of no more is a proxy of its
 /// own.
@@ -65,8 +67,9 @@ pub(crate) struct ProxyGoal {
 }
 
 impl ProxyGoal {
-    /// The goal for a scene.
+    /// The goal for a scene; none where parts are shown by instances, of which there is no level in between.
     pub fn of(proxies: Option<&PackProxies>, gathered: &Gathered) -> Option<ProxyGoal> {
+        let proxies = proxies.filter(|_| gathered.parts.is_empty());
         let triangles = gathered.triangles.as_ref().map_or(0, Pieces::triangles);
         ProxyGoal::of_counts(proxies?, triangles, gathered.primitives() - triangles)
     }
@@ -180,12 +183,14 @@ impl Conversion<'_> {
         let quiet = levels.quiet();
         let radii = imported.radii.scaled(goal.thinning().widening()).code();
         let to_pack = ToPack::identity(radii);
-        let gather = |blocks: &Blocks| {
+        let gather = |blocks: &Blocks| -> Result<Option<Pieces>, ConvertError> {
             let division = Division::SurfaceArea;
             let partition = partition::partition(blocks, levels.bounds, &to_pack, division, &quiet)?;
             let Some(partition) = partition else { return Ok(None) };
-            let spool = Spool::unnamed(levels.folder, levels.budget);
-            distribute::distribute(blocks, &partition, &to_pack, false, spool, &quiet).map(Some)
+            let mut spool = Spool::unnamed(levels.folder, levels.budget);
+            let distributed =
+                distribute::distribute(blocks, &partition, &to_pack, false, &mut spool, &quiet)?;
+            Ok(Some(distributed.in_spool(Arc::new(spool))))
         };
         let mut triangles = None;
         if let Some(blocks) = &mut level.triangles {
@@ -197,7 +202,7 @@ impl Conversion<'_> {
             Some(blocks) if blocks.triangles > 0 => gather(blocks)?,
             _ => None,
         };
-        let Some(gathered) = Gathered::new(triangles, strands) else { return Ok(None) };
+        let Some(gathered) = Gathered::new(triangles, strands, Vec::new()) else { return Ok(None) };
         let files = job.files(match kind {
             ProxyKind::Fine => "fine-",
             ProxyKind::Coarse => "coarse-",
@@ -208,7 +213,8 @@ impl Conversion<'_> {
             [Kind::Triangles { shines: &[], first_level: None }, Kind::Strands { radii, thinning: None }];
         let contexts = self.contexts(&gathered, kinds, 0);
         self.build(&gathered, &mut output, &contexts, &quiet, &mut |_| Ok(()))?;
-        let (manifest, bytes) = output.finish(gathered.tree(), self.plan.sort_memory(), &[], &[], None)?;
+        let forest = Forest::of(&gathered, Vec::new());
+        let (manifest, bytes) = output.finish(forest, self.plan.sort_memory(), &[], &[], None)?;
         Ok(Some(PackedProxy { kind, path, triangles: manifest.primitives, bytes }))
     }
 
@@ -221,7 +227,7 @@ impl Conversion<'_> {
             vertices: 0,
             dropped: Default::default(),
             scene,
-            ..self.manifest(imported, &Census::default())
+            ..self.manifest(imported, &Census::default(), 0.0)
         }
     }
 }

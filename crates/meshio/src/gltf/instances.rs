@@ -55,8 +55,12 @@ impl<'a> Instances<'a> {
         Ok(instances)
     }
 
-    /// Where instance `i` stands.
-    pub fn local_from_instance(&self, i: u64) -> DAffine3 {
+    /// Where instance `i` of the mesh of `found` stands in the file.
+    pub fn file_from_mesh(&self, found: &MeshNode, i: u64) -> DAffine3 {
+        found.file_from_local * self.local_from_instance(i)
+    }
+
+    fn local_from_instance(&self, i: u64) -> DAffine3 {
         let vector = |accessor: &Accessor| DVec3::from(accessor.components::<3>(i));
         let rotation = self.rotations.as_ref().map_or(DQuat::IDENTITY, |accessor| {
             let rotation = DQuat::from_array(accessor.components::<4>(i));

@@ -3,7 +3,8 @@
 //! The library `gltf` describes the JSON; everything that follows from it is checked and read here, because that
 //! library's own readers panic on broken files, refuse quantized positions and load all buffers into memory.
 //! Buffers are mapped, and only those that are asked for; compressed ones are decompressed once, into memory or a
-//! scratch file. Meshes are repeated for each node and instance that shows them, in the rest pose.
+//! scratch file. Meshes stand in the rest pose; those that are shown often are parts of which there are instances, if these
+//! are wanted, others are repeated.
 
 mod accessor;
 mod buffer;
@@ -18,6 +19,7 @@ mod morph;
 mod nodes;
 mod pose;
 mod primitive;
+mod shared;
 mod skin;
 mod survey;
 mod texture;
@@ -32,6 +34,7 @@ use buffer::Buffers;
 use document::Document;
 use material::Materials;
 use primitive::Primitives;
+use shared::SharedMeshes;
 use skin::Skins;
 use std::fmt;
 use std::path::Path;
@@ -48,7 +51,9 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let textures = Textures { path, document: &document, buffers: &buffers };
     let materials = Materials::new(textures);
     let skins = Skins::new(path, &document, &buffers, &scene.file_from_node);
-    let mut primitives = Primitives::new(path, &document, &buffers, materials, skins, out.strand_width());
+    let shared = SharedMeshes::of(path, &document, &buffers, &scene.meshes, out.placement(), out.options)?;
+    let width = out.strand_width();
+    let mut primitives = Primitives::new(path, &document, &buffers, materials, skins, shared, width);
     let count = scene.meshes.len();
     for (i, node) in scene.meshes.iter().enumerate() {
         primitives.add_mesh(node, out)?;

@@ -9,10 +9,12 @@ use super::material::{self, Materials};
 use super::morph::{Displaced, Morph};
 use super::nodes::MeshNode;
 use super::pose::Pose;
+use super::shared::SharedMeshes;
 use super::skin::{Bound, Skins};
 use super::syntax;
 use super::vertices::PrimitiveVertices;
 use crate::emit::{Emitter, Vertices};
+use crate::instances::can_show;
 use crate::{Place, Result};
 use glam::DAffine3;
 use gltf::json::accessor::{ComponentType, Type};
@@ -32,6 +34,9 @@ pub(super) struct Primitives<'a> {
     buffers: &'a Buffers<'a>,
     materials: Materials<'a>,
     skins: Skins<'a>,
+    shared: SharedMeshes,
+    /// The part of each mesh that is one.
+    parts: HashMap<usize, u32>,
     /// By mesh and primitive.
     geometries: HashMap<(usize, usize), u32>,
     points: u64,
@@ -106,6 +111,7 @@ impl<'a> Primitives<'a> {
         buffers: &'a Buffers<'a>,
         materials: Materials<'a>,
         skins: Skins<'a>,
+        shared: SharedMeshes,
         strand_width: Option<f64>,
     ) -> Primitives<'a> {
         Primitives {
@@ -114,6 +120,8 @@ impl<'a> Primitives<'a> {
             buffers,
             materials,
             skins,
+            shared,
+            parts: HashMap::new(),
             geometries: HashMap::new(),
             points: 0,
             thin_lines: 0,
@@ -127,9 +135,47 @@ impl<'a> Primitives<'a> {
         self.path
     }
 
+    /// True if the mesh of this node is shown by instances.
+    pub fn shares(&self, found: &MeshNode) -> bool {
+        self.shared.holds(self.document, found)
+    }
+
     /// Adds all triangles and strands of a mesh wherever its node shows it.
     pub fn add_mesh(&mut self, found: &MeshNode, out: &mut Emitter) -> Result<()> {
         let instances = Instances::of(self.path, self.document, self.buffers, found)?;
+        let places = (0..instances.count).map(|i| instances.file_from_mesh(found, i));
+        if !self.shares(found) {
+            return self.add_copies(found, places, out);
+        }
+        let part = self.part(found, out)?;
+        let placement = out.placement();
+        let is_shown = |place: &DAffine3| can_show(&(placement * *place));
+        places.clone().filter(is_shown).for_each(|place| out.instance(part, place));
+        if places.clone().all(|place| is_shown(&place)) {
+            return Ok(());
+        }
+        self.add_copies(found, places.filter(|place| !is_shown(place)), out)
+    }
+
+    /// The part that a shared mesh is, which is added when it is first needed.
+    fn part(&mut self, found: &MeshNode, out: &mut Emitter) -> Result<u32> {
+        if let Some(&part) = self.parts.get(&found.mesh) {
+            return Ok(part);
+        }
+        let part = out.begin_part()?;
+        self.add_copies(found, std::iter::once(DAffine3::IDENTITY), out)?;
+        out.end_part()?;
+        self.parts.insert(found.mesh, part);
+        Ok(part)
+    }
+
+    /// Adds a mesh at all of `places`.
+    fn add_copies(
+        &mut self,
+        found: &MeshNode,
+        places: impl Iterator<Item = DAffine3> + Clone,
+        out: &mut Emitter,
+    ) -> Result<()> {
         let mesh = &self.document.meshes[found.mesh];
         let node = found.node.map(|node| &self.document.nodes[node]);
         let weights = node.and_then(|node| node.weights.as_ref()).or(mesh.weights.as_ref());
@@ -155,12 +201,9 @@ impl<'a> Primitives<'a> {
                 },
             };
             let vertices = self.vertices(primitive, positions, pose, geometry, &at, out)?;
-            for instance in 0..instances.count {
+            for place in places.clone() {
                 // Joints put vertices where they belong in the file, wherever the node stands.
-                out.set_transform(match vertices.pose.bound {
-                    Some(_) => DAffine3::IDENTITY,
-                    None => found.file_from_local * instances.local_from_instance(instance),
-                })?;
+                out.set_transform(if vertices.pose.bound.is_some() { DAffine3::IDENTITY } else { place })?;
                 match corners.mode {
                     Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
                         self.add_strands(geometry, &vertices, &corners, &at, out)?;

@@ -48,6 +48,7 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     let triangles = scaled(counts.triangles);
     let (tex_coords, normals) = (scaled(counts.tex_coords), scaled(counts.normals));
     Ok(Survey {
+        instances: 0,
         bytes,
         triangles,
         vertices,

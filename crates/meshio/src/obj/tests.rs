@@ -176,13 +176,13 @@ fn surveys_are_close_wherever_the_faces_are() {
     let faces = "f 1/1 2/2 3/3 4/4\nf 1 2 3\n".repeat(60_000);
     for text in [format!("{vertices}{faces}"), format!("{faces}{vertices}").replace('\n', "\r")] {
         let (_dir, path) = write_file("model.obj", text.as_bytes());
-        let found = survey(&[path]).unwrap();
+        let found = survey(&[path], &ImportOptions::default()).unwrap();
         let near = |count: u64, expected: u64| count.abs_diff(expected) < expected / 10;
         assert!(near(found.vertices, 200_000) && near(found.triangles, 180_000), "{found:?}");
         assert!(found.kept_vertices == found.vertices && !found.is_exact);
     }
     for text in ["", "v", "#", "\n", &"x".repeat(3 << 20)] {
         let (_dir, path) = write_file("model.obj", text.as_bytes());
-        assert_eq!(survey(&[path]).unwrap().triangles, 0);
+        assert_eq!(survey(&[path], &ImportOptions::default()).unwrap().triangles, 0);
     }
 }

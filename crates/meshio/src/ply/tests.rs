@@ -205,6 +205,7 @@ fn files_beyond_four_gibibytes() {
     let (_, sink) = import_path(&path, &ImportOptions::default()).unwrap();
     assert_eq!(sink.triangles(), [(0, SQUARE[0])]);
     let expected = Survey {
+        instances: 0,
         bytes: end + 13,
         triangles: 1,
         vertices: count.into(),
@@ -212,7 +213,7 @@ fn files_beyond_four_gibibytes() {
         attributed_vertices: 0,
         is_exact: true,
     };
-    assert_eq!(survey(&[path]).unwrap(), expected);
+    assert_eq!(survey(&[path], &ImportOptions::default()).unwrap(), expected);
 }
 
 #[test]
@@ -240,7 +241,8 @@ fn vertices_without_order_in_little_memory() {
 fn polygons_are_surveyed() {
     let estimate = |bytes: &[u8]| {
         let (_dir, path) = write_file("model.ply", bytes);
-        survey(&[path]).map(|found| (found.triangles, found.vertices, found.kept_vertices, found.is_exact))
+        survey(&[path], &ImportOptions::default())
+            .map(|found| (found.triangles, found.vertices, found.kept_vertices, found.is_exact))
     };
     assert_eq!(estimate(&binary(true, true)).unwrap(), (1, 4, 0, false));
     let one_list = ASCII.replace("ascii", "binary_little_endian");

@@ -80,7 +80,7 @@ fn mistakes_are_named() {
             .unwrap_err()
             .to_string();
         assert!(!error.contains('\n') && error.contains(part), "{part}: {error}");
-        assert_eq!(survey(&[path]).unwrap_err().to_string(), error);
+        assert_eq!(survey(&[path], &ImportOptions::default()).unwrap_err().to_string(), error);
     }
     let unused = read(&format!("{PLACED}[[material]]\nname = 'a'")).unwrap().0;
     assert!(unused.report.warnings[0].contains("'a'"));
@@ -116,7 +116,7 @@ fn a_survey_counts_each_placement() {
     let path = dir.path().join("scene.toml");
     std::fs::write(dir.path().join("model.obj"), MODEL).unwrap();
     std::fs::write(&path, "[[model]]\nfile = 'model.obj'\n".repeat(3)).unwrap();
-    let found = survey(&[path]).unwrap();
+    let found = survey(&[path], &ImportOptions::default()).unwrap();
     assert_eq!((found.triangles, found.vertices, found.kept_vertices), (3, 9, 9));
     assert_eq!((found.bytes, found.is_exact), (3 * MODEL.len() as u64, false));
 }

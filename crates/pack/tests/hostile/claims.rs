@@ -4,7 +4,7 @@ use super::reseal::{parts, reseal};
 use super::{error_of, sample, sample_with, walk::open_all};
 use bytemuck::Pod;
 use raystrips_pack::layout::{FOOTER_BYTES, Footer, MAX_PAGE_NODES, Section, SectionEntry};
-use raystrips_pack::{Manifest, Pack, PageEntry, TopEntry, TopNode};
+use raystrips_pack::{Instance, Manifest, Pack, PageEntry, TopEntry, TopNode};
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 /// The sample with record `i` of a part changed and all checksums right.
@@ -70,18 +70,39 @@ fn claims_above_the_pages_are_checked() {
     refused(&top_byte(15, 1), "node 0: bad grid");
     refused(&top_byte(12, 0x81), "node 0: bad grid");
     refused(&top_child(0, TopNode::EMPTY), "node 0: no children");
-    refused(&top_child(3, TopNode::NODE | 1), "node 0: a child after an empty place");
-    refused(&top_child(2, TopNode::NODE | 1), "node 0: bad child");
+    refused(&top_child(4, TopNode::NODE | 1), "node 0: a child after an empty place");
+    refused(&top_child(3, TopNode::NODE | 1), "node 0: bad child");
     refused(&top_child(0, TopNode::NODE), "node 0: bad child");
-    refused(&top_child(0, TopNode::NODE | 2), "node 0: bad child");
+    refused(&top_child(0, TopNode::NODE | 3), "node 0: bad child");
+    refused(&top_child(0, TopNode::NODE | 2), "an instance of what is no tree");
     refused(&top_child(0, TopNode::KIND), "leads to no page");
     refused(&top_child(0, 1), "leads to no page");
     refused(&top_child(0, TopNode::ENTRY), "not one tree");
     refused(&top_child(1, TopNode::ENTRY | 2), "leads to no page");
     refused(&top_child(1, TopNode::ENTRY), "an entry below two nodes");
+    refused(&top_child(1, TopNode::INSTANCE | 2), "leads to no instance");
+    refused(&top_child(1, TopNode::INSTANCE | 1), "an instance below two nodes");
+    refused(
+        &with("section 2", 2 * 24 + 16, |c: &mut u32| *c = TopNode::INSTANCE),
+        "an instance in an instance",
+    );
     refused(&with("section 4", 0, |x: &mut f32| *x = f32::NAN), "corner of an emitter is not finite");
     refused(&with("section 4", 9, |g: &mut u32| *g = 2), "an emitter has no geometry");
     refused(&with("section 5", 4, |id: &mut u8| *id |= 3), "triangle id 1 names a corner");
+}
+
+#[test]
+fn instance_claims_are_checked() {
+    let instance = |change: fn(&mut Instance)| with("section 14", 1, change);
+    refused(&instance(|i| i.root = 0), "an instance of what is no tree");
+    refused(&instance(|i| i.root = 1), "an instance of what is no tree");
+    refused(&instance(|i| i.root = 3), "an instance of what is no tree");
+    let no_way_back = "an instance that there is no way back from";
+    refused(&instance(|i| i.world_from_local[1] = [0.0; 4]), no_way_back);
+    refused(&instance(|i| i.world_from_local[0][0] = 1e-3), no_way_back);
+    refused(&instance(|i| i.world_from_local[0][0] = f32::NAN), no_way_back);
+    refused(&instance(|i| i.world_from_local[2][3] = f32::INFINITY), no_way_back);
+    refused(&sample_with(|m| m.depth = 2), "too deep");
 }
 
 #[test]

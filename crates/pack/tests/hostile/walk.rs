@@ -62,19 +62,25 @@ pub fn aligned(bytes: &[u8]) -> Vec<WideNode> {
     memory
 }
 
-/// Calls every accessor of a checked pack. Gives the triangles below the root.
+/// Calls every accessor of a checked pack. Gives the triangles below the roots.
 pub fn walk(opened: &Opened) -> u64 {
     let (pack, pages) = (&opened.pack, opened.pages());
     black_box(pack.manifest.bytes_per_triangle());
     pages.iter().for_each(walk_page);
     let mut triangles = 0;
-    let mut waiting = vec![TopNode::NODE];
+    // Each part once, however often it is shown.
+    let mut roots: Vec<u32> = pack.instances.iter().map(|instance| instance.root).chain([0]).collect();
+    roots.sort_unstable();
+    roots.dedup();
+    let mut waiting: Vec<u32> = roots.into_iter().map(|root| TopNode::NODE | root).collect();
     while let Some(child) = waiting.pop() {
         let number = (child & !TopNode::KIND) as usize;
         if child & TopNode::KIND == TopNode::NODE {
             let node = &pack.top_nodes[number];
             (0..WIDTH).for_each(|i| assert!(node.boxes.child_bounds(i).min.is_finite()));
             waiting.extend(&node.child[..node.child_count()]);
+        } else if child & TopNode::KIND == TopNode::INSTANCE {
+            assert!(pack.instances[number].world_from_local().inverse().is_finite());
         } else {
             let entry = pack.top_entries[number];
             triangles += descend(&pages[entry.page as usize], entry.node as usize);

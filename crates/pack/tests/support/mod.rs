@@ -1,6 +1,7 @@
 //! A small pack with something of everything: two pages, one of strips of one to five windows with splits, one of
 //! single windows of triangles and of a strand; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
-//! emitters, ids, names, a light, a camera, a sky, attributes of one page and an image of two tiles.
+//! emitters, ids, names, a light, a camera, a sky, attributes of one page and an image of two tiles. The second page is
+//! shown by two instances.
 
 use glam::{Vec2, Vec3, Vec4};
 use raystrips_geom::scene::{
@@ -12,8 +13,8 @@ use raystrips_geom::{Aabb, Attributes, RadiusCode, Streams};
 use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
-    AttributeBuilder, BlockEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Manifest, PackContents,
-    PackWriter, PageBuilder, ProxyKind, TopEntry, tile_code,
+    AttributeBuilder, BlockEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Instance, Manifest,
+    PackContents, PackWriter, PageBuilder, ProxyKind, TopEntry, tile_code,
 };
 use std::io::Read;
 use std::ops::Range;
@@ -40,7 +41,7 @@ pub fn write_with(
     writer.page(&second).unwrap();
     let ids: Vec<u8> =
         (0..writer.next_triangle() as u32).flat_map(|i| (i * 4 + i % 3).to_le_bytes()).collect();
-    let (top_nodes, top_entries) = top();
+    let (top_nodes, top_entries, instances) = top();
     alter(writer.manifest_mut());
     let emitter = Emitter { corners: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], geometry: 1 };
     let mut proxies = proxies.to_vec();
@@ -54,6 +55,7 @@ pub fn write_with(
     let contents = PackContents {
         top_nodes: &top_nodes,
         top_entries: &top_entries,
+        instances: &instances,
         emitters: &mut bytemuck::bytes_of(&emitter),
         triangle_ids: &mut ids.as_slice(),
         geometry_bounds,
@@ -108,19 +110,27 @@ fn second_page(first_triangle: u64) -> BuiltPage {
     page.finish(first_triangle).unwrap()
 }
 
-/// A root over a node over the first page, and the second page.
-fn top() -> (Vec<TopNode>, Vec<TopEntry>) {
+/// A root over a node over the first page, and over two instances of a tree over the second page.
+fn top() -> (Vec<TopNode>, Vec<TopEntry>, Vec<Instance>) {
     let node = |bounds: &[Aabb], used: &[u32]| {
         let mut child = [TopNode::EMPTY; WIDTH];
         child[..used.len()].copy_from_slice(used);
         TopNode { boxes: ChildBoxes::around(bounds), child }
     };
     let first = row_bounds(0.0).union(row_bounds(2.0));
+    let second = row_bounds(4.0);
+    let mirrored = Aabb { min: -second.max, max: -second.min };
     let nodes = vec![
-        node(&[first, row_bounds(4.0)], &[TopNode::NODE | 1, TopNode::ENTRY | 1]),
+        node(&[first, second, mirrored], &[TopNode::NODE | 1, TopNode::INSTANCE, TopNode::INSTANCE | 1]),
         node(&[first], &[TopNode::ENTRY]),
+        node(&[second], &[TopNode::ENTRY | 1]),
     ];
-    (nodes, vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }])
+    let scaled = |s: f32| Instance {
+        world_from_local: [[s, 0.0, 0.0, 0.0], [0.0, s, 0.0, 0.0], [0.0, 0.0, s, 0.0]],
+        root: 2,
+    };
+    let entries = vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }];
+    (nodes, entries, vec![scaled(1.0), scaled(-1.0)])
 }
 
 /// `count` vertices in a zig-zag along x.
@@ -198,6 +208,8 @@ fn manifest() -> Manifest {
     Manifest {
         generator: "sample".into(),
         primitives: 0,
+        shown: 123,
+        instances: 0,
         segments: 0,
         strips: 0,
         vertices: 20,

@@ -1,13 +1,14 @@
 //! `raystrips convert`.
 
-use super::{info::describe, print_json};
+use super::info::{describe, shown};
+use super::print_json;
 use crate::args::{ConvertArgs, ConvertOptions};
 use crate::files::check_output;
 use crate::interrupt;
 use crate::progress::ConvertProgress;
 use crate::units::{bytes, grouped};
 use anyhow::{Context, Result};
-use raystrips_convert::{ConvertParams, ConvertReport, StripParams, convert};
+use raystrips_convert::{ConvertParams, ConvertReport, ImportOptions, StripParams, convert};
 use raystrips_extmem::peak_process_memory;
 use serde_json::json;
 use std::io::Write;
@@ -32,6 +33,9 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
         let (count, each) = (grouped(manifest.triangles()), manifest.bytes_per_triangle());
         parts.push(format!("{count} triangles of {each:.2} bytes"));
     }
+    if manifest.instances > 0 {
+        parts.push(shown(manifest));
+    }
     if manifest.segments > 0 {
         let (count, each) = (grouped(manifest.segments), manifest.bytes_per_segment());
         parts.push(format!("{count} segments of strands of {each:.2} bytes"));
@@ -54,14 +58,17 @@ pub fn convert_with(
     options: &ConvertOptions,
     threads: usize,
 ) -> Result<ConvertReport> {
+    let source = options.source.params();
+    let import = ImportOptions { instances: !options.no_instances, ..source.import.clone() };
     let params = ConvertParams {
+        import,
         page_size: options.page_size,
         layout: options.layout.layout(),
         strips: StripParams { max_windows: usize::from(options.strip_windows) },
         positions: options.positions,
         keep_ids: options.keep_ids,
         proxies: options.proxies(),
-        ..options.source.params()
+        ..source
     };
     let progress = ConvertProgress::new(options.source.memory.is_some());
     let pool =

@@ -48,6 +48,8 @@ pub fn describe(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -
     json!({
         "triangles": manifest.triangles(),
         "segments": manifest.segments,
+        "instances": manifest.instances,
+        "shown": manifest.shown,
         "vertices": manifest.vertices,
         "strips": manifest.strips,
         "triangles_per_strip": manifest.primitives as f64 / manifest.strips.max(1) as f64,
@@ -104,6 +106,9 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         ("pages", format!("{}, {} clusters", grouped(manifest.pages), grouped(manifest.clusters))),
         ("file", bytes(file_bytes)),
     ];
+    if manifest.instances > 0 {
+        lines.insert(1, ("instances", shown(manifest)));
+    }
     if manifest.segments > 0 {
         lines.insert(1, ("hair", format!("{} segments of strands", grouped(manifest.segments))));
     }
@@ -168,6 +173,12 @@ fn lines(manifest: &Manifest, file_bytes: u64, proxies: &[ProxyReport]) -> Vec<(
         lines.push(("dropped", text));
     }
     lines
+}
+
+/// What instances there are.
+pub fn shown(manifest: &Manifest) -> String {
+    let (count, shown) = (grouped(manifest.instances), grouped(manifest.shown));
+    format!("{count} instances, which make it {shown} that are shown")
 }
 
 /// What each of `primitives` takes, and for what.

@@ -85,7 +85,7 @@ impl TriangleList for Optimized {
         let u = x * tri.second[0] + y * tri.second[1] + tri.second[2];
         let v = x * tri.third[0] + y * tri.third[1] + tri.third[2];
         if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
-            *best = Hit { t, u, v, prim_id: u64::from(tri.triangle) };
+            *best = Hit { t, u, v, prim_id: u64::from(tri.triangle), ..Hit::MISS };
         }
     }
 

@@ -87,7 +87,7 @@ pub fn test_leaf(corners: &Corners, count: u32, prim_id: u64, ray: &PreparedRay,
         // A swap has no area: all of its sides are 0 where the first test lets it pass, and its distance is no number.
         if t >= ray.tnear && t < best.t && sum[i] != 0.0 {
             let prim_id = prim_id + i as u64;
-            *best = Hit { t, u: w1[i] / sum[i], v: w2[i] / sum[i], prim_id };
+            *best = Hit { t, u: w1[i] / sum[i], v: w2[i] / sum[i], prim_id, ..Hit::MISS };
         }
     }
 }

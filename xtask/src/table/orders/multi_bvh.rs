@@ -56,6 +56,7 @@ impl World for StructureWorld<'_> {
                 shape: Shape::Triangle(self.mesh.corners(triangle)),
                 u: hit.u,
                 v: hit.v,
+                error: 0.0,
                 corners: None,
             };
         }

@@ -1,0 +1,58 @@
+//! Instances: rays into the coordinates of a part of the scene, and what they hit back from there.
+
+use crate::prepared::PreparedRay;
+use crate::scene::ResolvedHit;
+use glam::{DMat3, Vec3};
+use raystrips_geom::affine::normal_matrix;
+use raystrips_geom::{Attributes, Ray, Shape};
+use raystrips_pack::Instance;
+
+/// Bound of what the rounding of a ray in a part moves its origin by, relative to the coordinates there: half an ulp for the
+/// ray that found a place, as much for the one that leaves it, and the same again for what tests of the next one round.
+const ROUNDING: f64 = 4.0 / (1u32 << 24) as f64;
+
+/// The ray as seen from the part that the instance shows. `None` if it is none there, as of numbers beyond all bounds.
+///
+/// Distances along it are the same in both. Origin and direction are rounded to `f32`, so that in the part rays are traced as
+/// everywhere else, and meet closed meshes.
+#[inline(always)]
+pub(crate) fn local_ray(instance: &Instance, ray: &PreparedRay) -> Option<PreparedRay> {
+    let local_from_world = instance.world_from_local().inverse();
+    let [x, y, z, _] = ray.org;
+    let org = local_from_world.transform_point3(Vec3::new(x, y, z).as_dvec3()).as_vec3();
+    let dir = local_from_world.transform_vector3(ray.direction()).as_vec3();
+    let local = Ray { org, tnear: ray.tnear, dir, tfar: ray.tfar };
+    local.is_valid().then(|| PreparedRay::new(&local))
+}
+
+/// Where the instance shows what was hit in its part.
+pub fn placed(instance: &Instance, found: &ResolvedHit) -> ResolvedHit {
+    let Shape::Triangle(corners) = found.shape else { return *found };
+    let world_from_local = instance.world_from_local();
+    let [a, b, c] = corners.map(|p| world_from_local.transform_point3(p.as_dvec3()).as_vec3());
+    let reach = corners.iter().fold(Vec3::ZERO, |reach, corner| reach.max(corner.abs())).as_dvec3();
+    let rounding = absolute(world_from_local.matrix3) * reach * ROUNDING;
+    let placed = ResolvedHit { error: rounding.max_element() as f32, ..*found };
+    match is_mirrored(instance) {
+        true => ResolvedHit { shape: Shape::Triangle([a, c, b]), u: found.v, v: found.u, ..placed },
+        false => ResolvedHit { shape: Shape::Triangle([a, b, c]), ..placed },
+    }
+}
+
+/// The attributes of the corners of what [`placed`] gives.
+pub fn placed_attributes(instance: &Instance, corners: [Attributes; 3]) -> [Attributes; 3] {
+    let normals = normal_matrix(instance.world_from_local().matrix3);
+    let [a, b, c] = corners.map(|corner| {
+        let normal = (normals * corner.normal.as_dvec3()).normalize_or_zero().as_vec3();
+        Attributes { normal, ..corner }
+    });
+    if is_mirrored(instance) { [a, c, b] } else { [a, b, c] }
+}
+
+fn is_mirrored(instance: &Instance) -> bool {
+    instance.world_from_local().matrix3.determinant() < 0.0
+}
+
+fn absolute(matrix: DMat3) -> DMat3 {
+    DMat3::from_cols(matrix.x_axis.abs(), matrix.y_axis.abs(), matrix.z_axis.abs())
+}

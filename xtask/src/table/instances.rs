@@ -1,0 +1,190 @@
+//! `cargo xtask table instances [MODEL [COUNT]]`: what it takes to show one model many times, in bytes and in rays a second.
+
+use crate::clock::{Times, thread_time};
+use crate::rays::ray_sets;
+use crate::sample_mesh;
+use crate::scene::random::Random;
+use anyhow::{Context, Result};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use raystrips_convert::{ConvertParams, Unobserved, convert};
+use raystrips_geom::{Aabb, Hit, Ray};
+use raystrips_meshio::{ImportOptions, TriangleBatch, TriangleSink, import};
+use raystrips_tracer::{Scene, Tracer};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+pub const USAGE: &str = "cargo xtask table instances [MODEL [COUNT]]";
+
+/// Quadrilaterals around the ring and its tube of the generated model: a million triangles.
+const SIDES: [usize; 2] = [1250, 400];
+/// Instances where no number is given.
+const COUNT: usize = 1000;
+/// As many are repeated too, to be compared.
+const FEW: usize = 16;
+/// Rounds in which every scene is traced once.
+const ROUNDS: usize = 5;
+
+/// Prints a row for each way to show the model.
+pub fn print(arguments: &[String]) -> Result<()> {
+    let folder = tempfile::tempdir()?;
+    let mesh = match arguments.first() {
+        Some(path) => Soup::read(Path::new(path))?,
+        None => Soup::generated(),
+    };
+    let count = arguments.get(1).map_or(Ok(COUNT), |text| text.parse()).context("COUNT is no number")?;
+    let mut rows = Vec::new();
+    for (name, count, instances) in [
+        ("alone".to_owned(), 1, true),
+        (format!("{FEW} copies"), FEW, false),
+        (format!("{FEW} instances"), FEW, true),
+        (format!("{count} instances"), count, true),
+    ] {
+        let input = mesh.write(folder.path(), count)?;
+        rows.push(Row::new(name, &input, &folder.path().join("a.rsp"), instances)?);
+    }
+    for _ in 0..ROUNDS {
+        rows.iter_mut().for_each(Row::trace);
+    }
+    println!(
+        "| scene | triangles shown | file bytes | more than alone, an instance | bytes in memory | primary | ao | bounce2 | chord |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    rows.iter().for_each(|row| row.print(&rows[0]));
+    println!(
+        "\nRays of each scene's own: million a second of one thread's processor time, closest hit, the median of {ROUNDS} \
+         rounds of all scenes in turn; behind it the speed beside the first row's in the same round."
+    );
+    Ok(())
+}
+
+/// A scene that is traced.
+struct Row {
+    name: String,
+    scene: Scene,
+    sets: [Vec<Ray>; 4],
+    times: [Times; 4],
+}
+
+impl Row {
+    fn new(name: String, input: &Path, pack: &Path, instances: bool) -> Result<Row> {
+        let import = ImportOptions { instances, ..ImportOptions::default() };
+        let params = ConvertParams { proxies: None, import, ..ConvertParams::default() };
+        convert(&[input.to_owned()], pack, &params, &Unobserved)?;
+        let scene = Scene::open(pack)?;
+        let sets = ray_sets(&scene);
+        Ok(Row { name, scene, sets, times: Default::default() })
+    }
+
+    fn trace(&mut self) {
+        let mut tracer = Tracer::new(&self.scene);
+        for (rays, times) in self.sets.iter().zip(&mut self.times) {
+            let mut hits = vec![Hit::MISS; rays.len()];
+            let begin = thread_time();
+            tracer.intersect_batch(rays, std::hint::black_box(&mut hits));
+            times.push(thread_time() - begin);
+        }
+    }
+
+    fn print(&self, alone: &Row) {
+        let (pack, one) = (self.scene.pack(), alone.scene.pack());
+        let instances = pack.instances.len();
+        let each = match instances {
+            0 => String::new(),
+            _ => format!("{:.1}", (pack.file_bytes as f64 - one.file_bytes as f64) / instances as f64),
+        };
+        print!(
+            "| {} | {} | {} | {each} | {} |",
+            self.name,
+            self.scene.manifest().shown,
+            pack.file_bytes,
+            pack.resident_bytes() + self.scene.page_bytes(),
+        );
+        let columns = self.sets.iter().zip(&alone.sets).zip(self.times.iter().zip(&alone.times));
+        for ((rays, base_rays), (times, base)) in columns {
+            let rate = rays.len() as f64 / times.median() / 1e6;
+            let ratio = base.ratio_to(times) * rays.len() as f64 / base_rays.len() as f64;
+            print!(" {rate:.2} ({ratio:.2}) |");
+        }
+        println!();
+    }
+}
+
+/// A model as one list of vertices for each batch.
+#[derive(Default)]
+struct Soup {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Soup {
+    fn read(path: &Path) -> Result<Soup> {
+        let mut soup = Soup::default();
+        import(&[path.to_owned()], &ImportOptions::default(), &mut soup)?;
+        Ok(soup)
+    }
+
+    fn generated() -> Soup {
+        let vertex = |i: usize, j: usize| ((i % SIDES[0]) * SIDES[1] + j % SIDES[1]) as u32;
+        let places = || (0..SIDES[0]).flat_map(|i| (0..SIDES[1]).map(move |j| (i, j)));
+        let triangles = places().flat_map(|(i, j)| {
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        Soup {
+            positions: places().map(|(i, j)| sample_mesh::point(i, j, SIDES)).collect(),
+            triangles: triangles.collect(),
+        }
+    }
+
+    /// A glTF file in `folder` that shows the mesh `count` times, turned by chance, in a cube of cells of its size.
+    fn write(&self, folder: &Path, count: usize) -> Result<PathBuf> {
+        let bounds = Aabb::of_points(self.positions.iter().copied());
+        let size = f64::from(bounds.diagonal());
+        let center = bounds.center().as_dvec3();
+        let side = (1..).find(|side| side * side * side >= count).expect("some cube is large enough");
+        let mut random = Random::new(&[1]);
+        let mut node = |i: usize| {
+            let mut unit = || random.unit();
+            let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::Y);
+            let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * unit());
+            let cell = DVec3::new((i % side) as f64, (i / side % side) as f64, (i / side / side) as f64);
+            let place = match count {
+                1 => DAffine3::IDENTITY,
+                _ => DAffine3::from_rotation_translation(turn, cell * size - turn * center),
+            };
+            json!({"mesh": 0, "matrix": glam::DMat4::from(place).to_cols_array()})
+        };
+        let nodes: Vec<_> = (0..count).map(&mut node).collect();
+        let numbers = self.positions.iter().flat_map(|p| p.to_array());
+        let mut bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
+        let indices_at = bytes.len();
+        bytes.extend(self.triangles.as_flattened().iter().flat_map(|index| index.to_le_bytes()));
+        std::fs::write(folder.join("mesh.bin"), &bytes)?;
+        let view = |from: usize, to: usize| json!({"buffer": 0, "byteOffset": from, "byteLength": to - from});
+        let accessor = |view: u32, kind: &str, component: u32, count: usize| json!({"bufferView": view, "type": kind, "componentType": component, "count": count});
+        let document = json!({
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": (0..count).collect::<Vec<_>>()}],
+            "nodes": nodes,
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "buffers": [{"uri": "mesh.bin", "byteLength": bytes.len()}],
+            "bufferViews": [view(0, indices_at), view(indices_at, bytes.len())],
+            "accessors": [
+                accessor(0, "VEC3", 5126, self.positions.len()),
+                accessor(1, "SCALAR", 5125, 3 * self.triangles.len()),
+            ],
+        });
+        let path = folder.join("instances.gltf");
+        std::fs::write(&path, document.to_string())?;
+        Ok(path)
+    }
+}
+
+impl TriangleSink for Soup {
+    fn batch(&mut self, batch: TriangleBatch) -> std::io::Result<()> {
+        let first = self.positions.len() as u32;
+        self.positions.extend(batch.positions.iter().map(|&p| DVec3::from_array(p).as_vec3()));
+        self.triangles.extend(batch.triangles.iter().map(|triangle| triangle.map(|v| first + v)));
+        Ok(())
+    }
+}
