@@ -6,14 +6,18 @@ use raystrips_geom::affine::transformed_bounds;
 use raystrips_pack::Instance;
 use raystrips_strips::{Bvh, bvh};
 
+/// Boxes in a part around whose places the box of an instance is.
+const TURNED_BOXES: usize = 32;
+
 /// A hierarchy for what stands where it is in the pack, one for each part, and instances of these.
 pub(crate) struct Forest {
     /// None if there are instances alone.
     pub scene: Option<Bvh>,
     /// None of parts without area.
     pub parts: Vec<Option<Bvh>>,
-    /// In the order of a hierarchy over them; `root` is the number of a part that has a hierarchy, from 0 on.
+    /// `root` is the number of a part that has a hierarchy, from 0 on.
     instances: Vec<Instance>,
+    /// Leaf i is instance i.
     tree_of_instances: Option<Bvh>,
     /// Triangles and segments, those of parts as often as they are shown.
     pub shown: u64,
@@ -34,33 +38,37 @@ impl Forest {
         for part in instances.iter().filter_map(|instance| gathered.parts[instance.root as usize].as_ref()) {
             forest.shown = forest.shown.saturating_add(part.primitives());
         }
-        let bounds: Vec<Aabb> = instances.iter().map(|instance| forest.bounds_of(instance)).collect();
+        Forest { instances, ..forest }
+    }
+
+    /// The same with the hierarchies of pieces in place of the leaves, from first to last, and with one over instances.
+    pub fn down_to_pages(self, mut next_piece: impl FnMut() -> Bvh) -> Forest {
+        let mut graft = |tree: Bvh| tree.graft(&mut |_, _| next_piece());
+        let mut forest = Forest {
+            scene: self.scene.map(&mut graft),
+            parts: self.parts.into_iter().map(|part| part.map(&mut graft)).collect(),
+            ..self
+        };
+        let bounds: Vec<Aabb> = forest.instances.iter().map(|instance| forest.bounds_of(instance)).collect();
         if !bounds.is_empty() {
             let built = bvh::build(&bounds, &|_| false);
-            forest.instances = built.order.iter().map(|&i| instances[i as usize]).collect();
+            forest.instances = built.order.iter().map(|&i| forest.instances[i as usize]).collect();
             forest.tree_of_instances = Some(built.tree);
         }
         forest
     }
 
     fn bounds_of(&self, instance: &Instance) -> Aabb {
-        let part = self.parts[instance.root as usize].as_ref().map_or(Aabb::EMPTY, Bvh::bounds);
-        transformed_bounds(&part, &instance.world_from_local())
+        // Around many boxes of what turns there is less room than around one.
+        let boxes =
+            self.parts[instance.root as usize].iter().flat_map(|tree| tree.open(TURNED_BOXES, |_| true));
+        let world_from_local = instance.world_from_local();
+        boxes.fold(Aabb::EMPTY, |all, part| all.union(transformed_bounds(&part.bounds(), &world_from_local)))
     }
 
     /// What parts show where.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
-    }
-
-    /// The same with other hierarchies in place of all leaves, visited from first to last.
-    pub fn graft(self, mut f: impl FnMut() -> Bvh) -> Forest {
-        let mut graft = |tree: Bvh| tree.graft(&mut |_, _| f());
-        Forest {
-            scene: self.scene.map(&mut graft),
-            parts: self.parts.into_iter().map(|part| part.map(&mut graft)).collect(),
-            ..self
-        }
     }
 
     /// The hierarchy of the scene: its leaves are those of `scene`, then the instances.

@@ -265,7 +265,7 @@ fn forest_and_entries(forest: Forest, pieces: &[PieceRecord]) -> Result<(Forest,
         first_page += piece.pages.len() as u32;
     }
     let mut trees = trees.into_iter();
-    Ok((forest.graft(|| trees.next().expect("a tree for each piece")), entries))
+    Ok((forest.down_to_pages(|| trees.next().expect("a tree for each piece")), entries))
 }
 
 /// The lamps of the scene, which `emitters` begins with, then those of parts as instances show them.

@@ -5,14 +5,14 @@
 //! active (Lauterbach et al. 2007, section 5.2) these go on as single rays. Strips are decoded once for all rays.
 //! Which strips a ray is tested against may differ from what it does alone, the hit cannot.
 
-use crate::boxes::{Planes, RayGrid, top_slack};
+use crate::boxes::{Planes, RayGrid};
 use crate::opacity;
 use crate::pages::Pages;
 use crate::prepared::PreparedRay;
 use crate::scene::Locator;
 use crate::simd::{LANES, Simd};
 use crate::strip::{StripHits, test_long_strip};
-use crate::walk::{Best, Step, Walk, first_link};
+use crate::walk::{Best, Step, Walk, first_link, slack_in};
 use crate::window::Candidates;
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::layout::{TopNode, WIDTH};
@@ -65,7 +65,8 @@ impl Packet {
     }
 
     /// Traces up to [`PACKET`] rays together. False, and nothing done, where they have not all the same origin and
-    /// signs of direction.
+    /// signs of direction, and in scenes with instances: what an instance shows is seen by few rays of a packet, and to take
+    /// the packet there costs more than that saves.
     ///
     /// # Errors
     /// A page that they need and that is not in memory; nothing is known of any hit then.
@@ -78,7 +79,7 @@ impl Packet {
         rays: &[Ray],
         hits: &mut [Hit],
     ) -> Result<bool, PageId> {
-        if !is_coherent(rays) {
+        if !is_coherent(rays) || !pages.instances().is_empty() {
             return Ok(false);
         }
         packet.begin(rays);
@@ -97,7 +98,7 @@ impl Packet {
         pages: impl Pages<'s>,
         single: &mut Walk<'s, false>,
     ) -> Result<(), PageId> {
-        let slack = top_slack(s, &pages.top_nodes()[0], &self.rays[0], pages.condition());
+        let slack = slack_in(s, pages, Hit::NO_INSTANCE, &self.rays[0]);
         self.interval = Interval::of(&self.inv_dir);
         let mut page: PageId = 0;
         let mut view = pages.some_page();
@@ -109,12 +110,10 @@ impl Packet {
             if here.tnear > self.farthest {
                 continue;
             }
-            // A packet keeps together along the axes of the scene: turned boxes and instances are for single rays.
-            let is_turned = match Step::of(here.link) {
-                Step::NODE | Step::STRIP => view.header().is_turned(),
-                step => step == Step::INSTANCE,
-            };
-            if here.active.count_ones() <= FEW || is_turned {
+            // Turned boxes are for single rays: a packet keeps together along the axes of the scene.
+            let is_in_turned_page =
+                matches!(Step::of(here.link), Step::NODE | Step::STRIP) && view.header().is_turned();
+            if here.active.count_ones() <= FEW || is_in_turned_page {
                 self.go_on_alone(s, pages, single, (page, view), &here)?;
                 self.farthest = self.farthest_limit(s);
                 continue;

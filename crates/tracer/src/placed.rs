@@ -16,13 +16,13 @@ const ROUNDING: f64 = 4.0 / (1u32 << 24) as f64;
 /// Distances along it are the same in both. Origin and direction are rounded to `f32`, so that in the part rays are traced as
 /// everywhere else, and meet closed meshes.
 #[inline(always)]
-pub(crate) fn local_ray(instance: &Instance, ray: &PreparedRay) -> Option<PreparedRay> {
+pub(crate) fn local_ray(instance: &Instance, ray: &PreparedRay) -> Option<Ray> {
     let local_from_world = instance.world_from_local().inverse();
     let [x, y, z, _] = ray.org;
     let org = local_from_world.transform_point3(Vec3::new(x, y, z).as_dvec3()).as_vec3();
     let dir = local_from_world.transform_vector3(ray.direction()).as_vec3();
     let local = Ray { org, tnear: ray.tnear, dir, tfar: ray.tfar };
-    local.is_valid().then(|| PreparedRay::new(&local))
+    local.is_valid().then_some(local)
 }
 
 /// Where the instance shows what was hit in its part.

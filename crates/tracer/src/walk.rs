@@ -134,7 +134,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     pub fn begin<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, ray: &Ray) {
         let prepared = PreparedRay::new(ray);
         // From the ray in registers: what was just stored in parts is slow to load as a whole.
-        self.top_slack = scene_slack(s, pages, &prepared);
+        self.top_slack = slack_in(s, pages, Hit::NO_INSTANCE, &prepared);
         self.ray = prepared;
         self.best = Best::new(ray.tfar);
         self.link = TopNode::NODE;
@@ -155,7 +155,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         self.ray = *ray;
         self.best = Best { hit: best, ..Best::new(best.t) };
         self.best.locator = Locator::page(page);
-        self.top_slack = scene_slack(s, pages, ray);
+        self.top_slack = slack_in(s, pages, Hit::NO_INSTANCE, ray);
         self.page = view;
         self.page_grid = RayGrid::of_page(s, self.page.header(), ray);
         self.link = link;
@@ -301,8 +301,8 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         let instance = &pages.instances()[number as usize];
         let Some(local) = placed::local_ray(instance, &self.ray) else { return false };
         self.outside = self.ray;
-        self.top_slack = top_slack(s, &pages.top_nodes()[instance.root as usize], &local, 1.0);
-        self.ray = local;
+        self.ray = PreparedRay::new(&local);
+        self.top_slack = slack_in(s, pages, number, &self.ray);
         self.best.instance = number;
         // Whatever the limit becomes, the way out is not passed over.
         self.waiting.push(0, LEAVE_LINK);
@@ -314,7 +314,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn leave_instance<S: Simd>(&mut self, s: S, pages: impl Pages<'s>) {
         self.ray = self.outside;
-        self.top_slack = scene_slack(s, pages, &self.ray);
+        self.top_slack = slack_in(s, pages, Hit::NO_INSTANCE, &self.ray);
         self.best.instance = Hit::NO_INSTANCE;
     }
 
@@ -413,10 +413,19 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     }
 }
 
-/// The slack of the nodes above the pages that belong to the scene, not to a part.
+/// The slack of nodes above the pages in what an instance shows, or in the scene outside of all.
 #[inline(always)]
-fn scene_slack<'s, S: Simd>(s: S, pages: impl Pages<'s>, ray: &PreparedRay) -> [f32; LANES] {
-    top_slack(s, &pages.top_nodes()[0], ray, pages.condition())
+pub(crate) fn slack_in<'s, S: Simd>(
+    s: S,
+    pages: impl Pages<'s>,
+    instance: u32,
+    ray: &PreparedRay,
+) -> [f32; LANES] {
+    let (root, condition) = match pages.instances().get(instance as usize) {
+        Some(instance) => (instance.root, 1.0),
+        None => (0, pages.condition()),
+    };
+    top_slack(s, &pages.top_nodes()[root as usize], ray, condition)
 }
 
 /// The link of a node's first child; those of the others count up from there.
