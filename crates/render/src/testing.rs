@@ -29,7 +29,7 @@ impl BruteWorld {
     pub fn add(&mut self, triangles: &[[Vec3; 3]], material: Material) {
         let geometry = self.description.geometries.len() as u32;
         let triangles = triangles.iter().map(|&corners| Emitter { corners, geometry });
-        if material.is_emissive() {
+        if material.is_lamp() {
             self.emitters.extend(triangles.clone());
         }
         self.triangles.extend(triangles);

@@ -18,12 +18,49 @@ pub(super) struct Gather<'a> {
     nearest: u32,
     most_radius: f32,
     direct: DirectLight<'a>,
+    /// Some lamps have a texture, and so send out no photons.
+    has_textured_lamps: bool,
     max_bounces: u32,
 }
 
-/// The same for the paths of a camera. A path is in one of three states, which its density tells: without one it comes from
-/// the camera by mirrors and through glass alone; with one greater than 0 it left a surface to gather light there; with 0 it
-/// has met mirrors or glass on that way.
+/// What a path is out for, which its density tells. Glossy surfaces count as mirrors.
+#[derive(Clone, Copy, PartialEq)]
+enum Errand {
+    /// It shows what the camera sees, by mirrors and through glass too.
+    Show,
+    /// It left a diffuse surface to gather light there.
+    Gather,
+    /// The same, when it has met mirrors or glass.
+    GatherByMirrors,
+    /// Photons told of all other light.
+    FindTexturedLamps,
+}
+
+impl Errand {
+    const BY_MIRRORS: f32 = 0.0;
+    const TEXTURED_LAMPS: f32 = f32::INFINITY;
+
+    fn of(path: &Path) -> Errand {
+        match path.scatter_pdf {
+            None => Errand::Show,
+            Some(Errand::BY_MIRRORS) => Errand::GatherByMirrors,
+            Some(Errand::TEXTURED_LAMPS) => Errand::FindTexturedLamps,
+            Some(_) => Errand::Gather,
+        }
+    }
+
+    /// The density of a path that leaves a surface for the errand.
+    fn density(self, pdf: Option<f32>) -> Option<f32> {
+        match self {
+            Errand::Show => None,
+            Errand::Gather => pdf.map(|pdf| pdf.clamp(f32::MIN_POSITIVE, f32::MAX)),
+            Errand::GatherByMirrors => Some(Errand::BY_MIRRORS),
+            Errand::FindTexturedLamps => Some(Errand::TEXTURED_LAMPS),
+        }
+    }
+}
+
+/// The same for the paths of a camera.
 pub(super) struct CameraGather<'a> {
     gather: Gather<'a>,
     camera: CameraPaths,
@@ -34,9 +71,10 @@ impl<'a> Gather<'a> {
         maps: PhotonMaps,
         (nearest, most_radius): (u32, f32),
         direct: DirectLight<'a>,
+        has_textured_lamps: bool,
         max_bounces: u32,
     ) -> Gather<'a> {
-        Gather { maps, nearest, most_radius, direct, max_bounces }
+        Gather { maps, nearest, most_radius, direct, has_textured_lamps, max_bounces }
     }
 
     pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
@@ -68,44 +106,53 @@ impl<'a> Gather<'a> {
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
         let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
-        let is_seen = path.scatter_pdf.is_none();
+        let errand = Errand::of(path);
+        let is_seen = errand == Errand::Show;
         if is_seen && path.bounces == 0 {
             out.add_first_hit(path, hit);
         }
-        // Lamps with a texture send out no photons, but are found by rays that gather.
+        // Lamps with a texture send out no photons.
         if is_seen || !hit.material.is_lamp {
             out.add(path, path.throughput * hit.material.emitted(hit.front));
-        }
-        if bsdf.is_diffuse() {
-            out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
-            if is_seen {
-                self.direct.add_lamps(path, hit, &bsdf, out);
-            }
         }
         if path.bounces >= self.max_bounces || bsdf.is_black() {
             return None;
         }
-        if is_seen && bsdf.is_diffuse() {
+        if bsdf.is_diffuse() && errand != Errand::FindTexturedLamps {
+            out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
+        }
+        if bsdf.is_diffuse() && is_seen {
+            self.direct.add_lamps(path, hit, &bsdf, out);
             self.direct.add_sky(path, hit, &bsdf, out);
         }
+        self.scatter(path, hit, &bsdf)
+    }
+
+    /// The ray with which a path goes on, unless photons told of all that it would find.
+    fn scatter(&self, path: &mut Path, hit: &SurfaceInteraction, bsdf: &Bsdf) -> Option<Ray> {
         let scattered = bsdf.sample(Pair::Direction.of(path), Pair::PunctualLight.of(path)[1])?;
         if !hit.leaves(scattered.wi, scattered.is_transmitted) {
             return None;
         }
-        // What photons tell of is not looked for once more.
-        if !is_seen && bsdf.is_diffuse() && scattered.pdf.is_some() {
-            return None;
-        }
+        let errand = self.next_errand(Errand::of(path), bsdf.is_diffuse() && scattered.pdf.is_some())?;
         path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
         path.bounces += 1;
         path.straight = 0.0;
         path.spread = path.spread.max(bsdf.spread());
-        path.scatter_pdf = match (path.scatter_pdf, scattered.pdf) {
-            (None, Some(pdf)) if bsdf.is_diffuse() => Some(pdf.max(f32::MIN_POSITIVE)),
-            (None, _) => None,
-            (Some(_), _) => Some(0.0),
-        };
+        path.scatter_pdf = errand.density(scattered.pdf);
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
+    }
+
+    /// What a path is out for after a surface that scattered it diffusely or as a mirror does.
+    fn next_errand(&self, errand: Errand, is_diffuse: bool) -> Option<Errand> {
+        match errand {
+            Errand::Show if is_diffuse => Some(Errand::Gather),
+            Errand::Show | Errand::FindTexturedLamps => Some(errand),
+            Errand::Gather | Errand::GatherByMirrors if is_diffuse => {
+                self.has_textured_lamps.then_some(Errand::FindTexturedLamps)
+            }
+            Errand::Gather | Errand::GatherByMirrors => Some(Errand::GatherByMirrors),
+        }
     }
 }
 
@@ -126,8 +173,8 @@ impl Shader for CameraGather<'_> {
         out: &mut ShadeOutput,
     ) -> Option<Ray> {
         let Some(hit) = hit else {
-            // Light of the sky by mirrors or through glass is that of caustic photons.
-            if path.scatter_pdf != Some(0.0) {
+            // Other light of the sky is that of photons.
+            if matches!(Errand::of(path), Errand::Show | Errand::Gather) {
                 out.add(path, path.throughput * self.gather.direct.sky_found(ray.dir, path.scatter_pdf));
             }
             return None;

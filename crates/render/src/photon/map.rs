@@ -53,7 +53,7 @@ impl PhotonMap {
     pub fn with_irradiance(mut self, nearest: u32, most_radius: f32) -> PhotonMap {
         let at = |photon: &Photon| {
             let query = Query { p: photon.p, n: photon.n(), nearest, most_radius };
-            SharedExponent::new(self.estimate(&query, |_| Vec3::ONE))
+            SharedExponent::new(self.estimate(&query, |_| Vec3::ONE), 0.5)
         };
         self.irradiance = self.photons.par_iter().map(at).collect();
         self

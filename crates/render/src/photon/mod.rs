@@ -2,6 +2,20 @@
 //! surface is found by shadow rays, what comes to it through glass or from mirrors by the caustic photons there, and all
 //! else by final gathering: a ray to another surface, whose light is that of the photons around it.
 //!
+//! So each kind of path from a light L by smooth surfaces S, glossy ones G and diffuse ones D to the eye E is found once (in
+//! the notation of Heckbert 1990):
+//!
+//! | path | found by |
+//! |---|---|
+//! | `L (S or G)* E` | following the path from the eye |
+//! | `L D (S or G)* E` | shadow rays; directions too of a sky |
+//! | `L (S or G)+ D (S or G)* E` | caustic photons |
+//! | `L ... D (S or G)* D (S or G)* E` | gathering from the photons of all kinds at the first of these D |
+//!
+//! G is a surface that reflects nothing diffusely and is narrower than a width ([`Bsdf::is_diffuse`](crate::bsdf::Bsdf)),
+//! for photons and paths alike, so that none is missing and none is found twice. Lamps with a texture send out no photons:
+//! a path that gathers goes on until it finds them.
+//!
 //! Photons are the paths of a picture of their own, so their rays go the way that all rays go: as they come, sorted, or from
 //! page to page. Passes with photons of their own share the samples of a pixel, so photons of one pass alone are in memory.
 
@@ -150,7 +164,9 @@ fn send_photons<'a>(
         sky: lit.sky,
         sky_weight: power_heuristic,
     };
-    Ok(Gather::new(maps, estimate, direct, params.max_bounces))
+    let mut of_scene = lit.world.description().materials.iter();
+    let has_textured_lamps = of_scene.any(|material| material.is_emissive() && !material.is_lamp());
+    Ok(Gather::new(maps, estimate, direct, has_textured_lamps, params.max_bounces))
 }
 
 /// Photons have random numbers of their own in every pass.

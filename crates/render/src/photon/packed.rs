@@ -1,6 +1,7 @@
 //! Photons in few bytes.
 
 use glam::{Vec2, Vec3};
+use raystrips_geom::chance;
 
 /// A photon where it landed: 28 bytes.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +19,10 @@ pub(super) struct Photon {
 impl Photon {
     /// One that came from the direction `from` to a surface with the normal `n` on that side.
     pub fn new(p: Vec3, n: Vec3, from: Vec3, power: Vec3) -> Photon {
-        let (power, from, n) = (SharedExponent::new(power), Octahedral::new(from), Octahedral::new(n));
+        // Photons of a lamp have the same power, so what is always rounded the same way adds up: chance does it.
+        let threshold = chance([[p.x, p.y], [p.z, 0.0]]);
+        let power = SharedExponent::new(power, threshold);
+        let (from, n) = (Octahedral::new(from), Octahedral::new(n));
         Photon { p, power, from, n, axis: 0 }
     }
 
@@ -35,21 +39,22 @@ impl Photon {
     }
 }
 
-/// Three numbers, at least 0, of eight bits with one exponent (Ward 1991), rounded.
+/// Three numbers, at least 0, of eight bits with one exponent (Ward 1991).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SharedExponent([u8; 4]);
 
 impl SharedExponent {
     const BIAS: i32 = 128;
 
-    pub fn new(v: Vec3) -> SharedExponent {
+    /// `threshold`, 0 to 1: what lies between two steps by more than one less it is the greater one.
+    pub fn new(v: Vec3, threshold: f32) -> SharedExponent {
         let most = v.max_element();
         if !(most > 0.0 && most.is_finite()) {
             return SharedExponent([0; 4]);
         }
         // The greatest is 128 to 255 steps.
         let mut exponent = (libm::ilogbf(most) - 7).clamp(-Self::BIAS, 127);
-        let rounded = |exponent: i32| (v * libm::ldexpf(1.0, -exponent)).round();
+        let rounded = |exponent: i32| (v * libm::ldexpf(1.0, -exponent) + threshold).floor();
         if rounded(exponent).max_element() > 255.0 {
             exponent = (exponent + 1).min(127);
         }
@@ -99,7 +104,16 @@ mod tests {
     #[test]
     fn photons_are_small() {
         assert_eq!(size_of::<Photon>(), 28);
-        assert_eq!(SharedExponent::new(Vec3::ZERO).get(), Vec3::ZERO);
+        assert_eq!(SharedExponent::new(Vec3::ZERO, 0.5).get(), Vec3::ZERO);
+    }
+
+    #[test]
+    fn power_is_right_in_the_mean() {
+        let power = Vec3::new(2.99, 0.3, 0.017);
+        let count = 1 << 14;
+        let packed = |i| Photon::new(Vec3::new(i as f32, 0.5, 2.0), Vec3::Y, Vec3::Y, power).power();
+        let mean = (0..count).map(packed).sum::<Vec3>() / count as f32;
+        assert!((mean / power - 1.0).abs().max_element() < 0.01, "{mean}");
     }
 
     proptest! {
@@ -108,14 +122,15 @@ mod tests {
             dir in prop::array::uniform3(-1.0f32..1.0),
             power in prop::array::uniform3(0.0f32..1.0),
             log_scale in -20i32..20,
+            threshold in 0.0f32..1.0,
         ) {
             let dir = Vec3::from(dir);
             prop_assume!(dir.length() > 1e-3);
             let dir = dir.normalize();
             prop_assert!((Octahedral::new(dir).get() - dir).length() < 1e-4);
             let power = Vec3::from(power) * libm::ldexpf(1.0, log_scale);
-            let error = (SharedExponent::new(power).get() - power).abs().max_element();
-            prop_assert!(error <= power.max_element() / 255.0);
+            let error = (SharedExponent::new(power, threshold).get() - power).abs().max_element();
+            prop_assert!(error <= power.max_element() / 127.0);
         }
     }
 }

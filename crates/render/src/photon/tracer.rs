@@ -33,16 +33,18 @@ struct Landed {
     /// Which photon, and the how many surface it is: by these they are sorted, so that the order in which threads work
     /// changes nothing.
     number: [u32; 3],
-    /// It came from a light through glass or by mirrors alone.
+    /// It came from a light through glass or by mirrors alone, be they glossy.
     is_caustic: bool,
+    /// It may be reflected twice more: here, and where a path gathers it.
+    is_global: bool,
     photon: Photon,
 }
 
 /// Photons by where they landed.
 pub(super) struct PhotonMaps {
-    /// All.
+    /// All but those of so many bounces that a path that gathers would be too long with them.
     pub global: PhotonMap,
-    /// Those that came from a light through glass or by mirrors alone.
+    /// Those that came from a light through glass or by mirrors alone, be they glossy.
     pub caustic: PhotonMap,
 }
 
@@ -64,8 +66,10 @@ impl<'a> PhotonTracer<'a> {
             self.landed.into_iter().map(|list| list.into_inner().unwrap_or_else(PoisonError::into_inner));
         let mut landed: Vec<Landed> = lists.flatten().collect();
         landed.sort_unstable_by_key(|landed| landed.number);
-        let caustic = landed.iter().filter(|landed| landed.is_caustic).map(|landed| landed.photon).collect();
-        let global = landed.iter().map(|landed| landed.photon).collect();
+        let those = |is_one: fn(&Landed) -> bool| {
+            landed.iter().filter(|landed| is_one(landed)).map(|landed| landed.photon).collect()
+        };
+        let (caustic, global) = (those(|landed| landed.is_caustic), those(|landed| landed.is_global));
         drop(landed);
         PhotonMaps {
             global: PhotonMap::new(global, scale).with_irradiance(nearest, most_radius),
@@ -75,10 +79,14 @@ impl<'a> PhotonTracer<'a> {
 
     fn keep(&self, path: &Path, ray: &Ray, hit: &SurfaceInteraction) {
         let from = -ray.dir.normalize();
+        // Paths decide by chance again whether a partly opaque surface is met: the light on it is told, not the share that
+        // landed.
+        let power = path.throughput / hit.alpha;
         let landed = Landed {
             number: [path.pixel, path.sampler.sample_index(), path.segment],
             is_caustic: path.bounces > 0 && path.scatter_pdf.is_none(),
-            photon: Photon::new(hit.point.p, hit.n, from, path.throughput),
+            is_global: path.bounces + 2 <= self.max_bounces,
+            photon: Photon::new(hit.point.p, hit.n, from, power),
         };
         let list = &self.landed[(path.sampler.sample_index() % LISTS) as usize];
         list.lock().unwrap_or_else(PoisonError::into_inner).push(landed);
@@ -99,8 +107,9 @@ impl<'a> PhotonTracer<'a> {
         }
         path.throughput *= scattered.weight / kept;
         path.bounces += 1;
-        // What was reflected diffusely once is no caustic photon any more.
-        path.scatter_pdf = path.scatter_pdf.or(scattered.pdf);
+        // What left a diffuse surface is no caustic photon any more. By glossy ones it stays one: paths that gather do not
+        // look for lamps there.
+        path.scatter_pdf = path.scatter_pdf.or(scattered.pdf.filter(|_| bsdf.is_diffuse()));
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }
 }
@@ -133,7 +142,8 @@ impl Shader for PhotonTracer<'_> {
             if bsdf.is_diffuse() {
                 self.keep(path, ray, hit);
             }
-            if path.bounces < self.max_bounces { self.scatter(path, hit, &bsdf) } else { None }
+            // Where it lands it is reflected once more, to the camera.
+            if path.bounces + 1 < self.max_bounces { self.scatter(path, hit, &bsdf) } else { None }
         };
         path.segment += 1;
         next

@@ -5,4 +5,5 @@ mod environment;
 mod files;
 mod integrators;
 mod light;
+mod photon_paths;
 mod photons;
