@@ -36,8 +36,8 @@ pub struct Geometry {
     pub has_triangles: bool,
 }
 
-/// A surface: the metallic-roughness model of glTF 2.0, with transmission and absorption. Where there is a texture, numbers are
-/// multiplied by what it says.
+/// A surface: the metallic-roughness model of glTF 2.0, with transmission, absorption and layers. Where there is a texture,
+/// numbers are multiplied by what it says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the file, for reports and overrides; may be empty.
@@ -60,16 +60,74 @@ pub struct Material {
     pub ior: f32,
     /// How much of what the boundary of a dielectric reflects is reflected, 0 to 1.
     pub specular: f32,
+    /// What the reflectance of that boundary straight on is multiplied by; may be above 1.
+    pub specular_color: [f32; 3],
     /// Share of light that is absorbed by what is transmitting, for each unit of length at the beginning.
     pub absorption: [f32; 3],
     /// Transmits as a thin sheet: what goes through is not refracted.
     pub thin: bool,
     /// Emits from both faces. Reflection always happens on both.
     pub double_sided: bool,
+    /// A clear coat above everything else.
+    pub clearcoat: Clearcoat,
+    /// Fibers below it.
+    pub sheen: Sheen,
+    /// Facets that are rougher along one direction.
+    pub anisotropy: Anisotropy,
+    /// A thin film on the boundary.
+    pub iridescence: Iridescence,
     /// What differs from place to place.
     pub textures: MaterialTextures,
     /// What slopes of the normal texture are multiplied by.
     pub normal_scale: f32,
+}
+
+/// A clear coat, after KHR_materials_clearcoat.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Clearcoat {
+    /// How much of it there is, 0 to 1.
+    pub strength: f32,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: f32,
+}
+
+/// The shine of fibers at grazing angles, after KHR_materials_sheen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sheen {
+    /// Color; black where there is none.
+    pub color: [f32; 3],
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: f32,
+}
+
+/// Facets that are rougher along one direction of the surface, after KHR_materials_anisotropy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Anisotropy {
+    /// 0 for none to 1 for as rough along that direction as can be.
+    pub strength: f32,
+    /// Angle from the direction in which texture coordinates go to the right to that in which facets are rougher,
+    /// counter-clockwise.
+    pub rotation: f32,
+}
+
+/// A thin film on a boundary, after KHR_materials_iridescence.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Iridescence {
+    /// How much of it there is, 0 to 1.
+    pub strength: f32,
+    /// Index of refraction of the film.
+    pub ior: f32,
+    /// Thickness in nanometers where the texture of thickness is 0.
+    pub least_thickness: f32,
+    /// Thickness in nanometers where that is 1, or where there is none.
+    pub thickness: f32,
+}
+
+impl Default for Iridescence {
+    /// None, and the numbers that glTF has for what is not said.
+    fn default() -> Iridescence {
+        Iridescence { strength: 0.0, ior: 1.3, least_thickness: 100.0, thickness: 400.0 }
+    }
 }
 
 /// How opacity is meant.
@@ -101,14 +159,68 @@ pub struct MaterialTextures {
     pub normal: Option<u32>,
     /// In red.
     pub transmission: Option<u32>,
+    /// In the fourth channel.
+    pub specular: Option<u32>,
+    /// Color of the boundary's reflection.
+    pub specular_color: Option<u32>,
+    /// How much clear coat there is, in red.
+    pub clearcoat: Option<u32>,
+    /// In green.
+    pub clearcoat_roughness: Option<u32>,
+    /// Color of the sheen.
+    pub sheen_color: Option<u32>,
+    /// In the fourth channel.
+    pub sheen_roughness: Option<u32>,
+    /// The direction in which facets are rougher: to the right of the image in red, upwards in green, each 0 to 1 for -1 to
+    /// 1; and how much they are, in blue.
+    pub anisotropy: Option<u32>,
+    /// How much iridescence there is, in red.
+    pub iridescence: Option<u32>,
+    /// How thick the film is between its two numbers, in green.
+    pub iridescence_thickness: Option<u32>,
 }
 
 impl MaterialTextures {
     /// All that there are.
     pub fn all(&self) -> impl Iterator<Item = u32> {
-        let MaterialTextures { base_color, opacity, metallic, roughness, emission, normal, transmission } =
-            *self;
-        [base_color, opacity, metallic, roughness, emission, normal, transmission].into_iter().flatten()
+        let MaterialTextures {
+            base_color,
+            opacity,
+            metallic,
+            roughness,
+            emission,
+            normal,
+            transmission,
+            specular,
+            specular_color,
+            clearcoat,
+            clearcoat_roughness,
+            sheen_color,
+            sheen_roughness,
+            anisotropy,
+            iridescence,
+            iridescence_thickness,
+        } = *self;
+        [
+            base_color,
+            opacity,
+            metallic,
+            roughness,
+            emission,
+            normal,
+            transmission,
+            specular,
+            specular_color,
+            clearcoat,
+            clearcoat_roughness,
+            sheen_color,
+            sheen_roughness,
+            anisotropy,
+            iridescence,
+            iridescence_thickness,
+        ]
+        .into_iter()
+        .flatten()
     }
 }
 
@@ -126,9 +238,14 @@ impl Default for Material {
             transmission: 0.0,
             ior: 1.5,
             specular: 0.0,
+            specular_color: [1.0; 3],
             absorption: [0.0; 3],
             thin: false,
             double_sided: false,
+            clearcoat: Clearcoat::default(),
+            sheen: Sheen::default(),
+            anisotropy: Anisotropy::default(),
+            iridescence: Iridescence::default(),
             textures: MaterialTextures::default(),
             normal_scale: 1.0,
         }

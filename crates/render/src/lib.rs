@@ -16,6 +16,7 @@ mod hit_points;
 mod image;
 mod integrator;
 mod interaction;
+mod layers;
 mod lights;
 mod material;
 mod offset;

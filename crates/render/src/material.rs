@@ -1,6 +1,7 @@
 //! Materials made ready for shading: one lookup by geometry, every number in its range, and then what textures and colors of
 //! vertices say of a place.
 
+use crate::layers::Layers;
 use crate::texture::{Lookup, Textures};
 use crate::world::World;
 use glam::{Vec2, Vec3, Vec4};
@@ -29,6 +30,8 @@ pub(crate) struct ShadingMaterial {
     pub alpha_ggx: f32,
     /// How much of what a dielectric's boundary reflects is reflected.
     pub specular: f32,
+    /// What its reflectance straight on is multiplied by.
+    pub specular_color: Vec3,
     /// Share of light below the boundary that is transmitted and not diffused.
     pub transmission: f32,
     /// Index of refraction, at least 1.
@@ -37,6 +40,8 @@ pub(crate) struct ShadingMaterial {
     thin: bool,
     /// Share of light that is absorbed, for each unit of length at the beginning.
     absorption: Vec3,
+    /// What most materials do not have.
+    pub layers: Option<Layers>,
 }
 
 impl ShadingMaterial {
@@ -47,20 +52,27 @@ impl ShadingMaterial {
         let [metallic, specular, transmission] =
             [material.metallic, material.specular, material.transmission].map(share);
         let roughness = share(material.roughness);
+        let layers = Layers::new(material);
+        let is_iridescent = layers.is_some_and(|layers| layers.iridescence > 0.0);
         ShadingMaterial {
             albedo: Vec3::from(material.base_color.map(|c| c.clamp(0.0, 1.0))),
             alpha: material.alpha.clamp(0.0, 1.0),
             emission: Vec3::from(material.emission.map(radiance)),
             double_sided: material.double_sided,
             is_lamp: material.is_lamp(),
-            is_matte: metallic == 0.0 && transmission == 0.0 && (specular == 0.0 || ior == 1.0),
+            is_matte: metallic == 0.0
+                && transmission == 0.0
+                && (specular == 0.0 || (ior == 1.0 && !is_iridescent))
+                && !layers.is_some_and(|layers| layers.reflect()),
             metallic,
             alpha_ggx: roughness * roughness,
             specular,
+            specular_color: Vec3::from(material.specular_color.map(radiance)),
             transmission,
             ior,
             thin: material.thin,
             absorption: Vec3::from(material.absorption.map(radiance)),
+            layers,
         }
     }
 
@@ -105,6 +117,21 @@ pub(crate) struct Place<'a> {
     pub edges: [Vec3; 2],
     /// Of what is looked at, in scene units.
     pub width: f32,
+}
+
+impl Place<'_> {
+    /// What a step in an image to the right and one upwards is on the surface, each along one alone, where the triangle has
+    /// these edges in the image; nothing where it has no extent there.
+    fn axes(&self, [a, b]: [Vec2; 2]) -> Option<[Vec3; 2]> {
+        let determinant = a.perp_dot(b);
+        if !(determinant.abs() > 0.0 && determinant.is_finite()) {
+            return None;
+        }
+        let [e1, e2] = self.edges;
+        let right = (e1 * b.y - e2 * a.y) / determinant;
+        let down = (e2 * a.x - e1 * b.x) / determinant;
+        Some([right, -down])
+    }
 }
 
 /// What materials are at a place.
@@ -207,9 +234,9 @@ impl Materials {
     /// # Errors
     /// If a texture cannot be read.
     pub fn at(&self, geometry: u32, place: &Place) -> Result<Found, OpenError> {
-        let (mut material, varying) = *self.get(geometry);
-        let MaterialTextures { base_color, opacity, metallic, roughness, emission, normal, transmission } =
-            varying.textures;
+        let (material, varying) = self.get(geometry);
+        let (mut material, textures) = (*material, &varying.textures);
+        let &MaterialTextures { base_color, opacity, metallic, roughness, .. } = textures;
         let look = |texture: Option<u32>| self.look(texture, place);
         let color = look(base_color)? * place.attributes.color;
         material.albedo *= color.truncate();
@@ -220,15 +247,47 @@ impl Materials {
             let roughness = (varying.roughness * rough.y).clamp(0.0, 1.0);
             material.alpha_ggx = roughness * roughness;
         }
-        material.emission *= look(emission)?.truncate();
-        material.transmission *= look(transmission)?.x;
+        material.emission *= look(textures.emission)?.truncate();
+        material.transmission *= look(textures.transmission)?.x;
+        material.specular *= look(textures.specular)?.w;
+        material.specular_color *= look(textures.specular_color)?.truncate();
+        if let Some(layers) = &mut material.layers {
+            self.vary(layers, textures, place)?;
+        }
         let coverage = material.alpha * color.w * look(opacity)?.x;
         let alpha = varying.alpha(&material, coverage);
-        let slopes = match normal {
+        let slopes = match textures.normal {
             Some(texture) => self.slopes(texture, varying.normal_scale, place)?,
             None => None,
         };
         Ok(Found { material, alpha, slopes })
+    }
+
+    /// Makes layers those of a place.
+    fn vary(&self, layers: &mut Layers, textures: &MaterialTextures, place: &Place) -> Result<(), OpenError> {
+        let look = |texture: Option<u32>| self.look(texture, place);
+        layers.clearcoat *= look(textures.clearcoat)?.x;
+        layers.clearcoat_roughness *= look(textures.clearcoat_roughness)?.y;
+        layers.sheen *= look(textures.sheen_color)?.truncate();
+        layers.sheen_roughness *= look(textures.sheen_roughness)?.w;
+        layers.iridescence *= look(textures.iridescence)?.x;
+        let [least, most] = layers.film_thickness;
+        layers.film_thickness[1] = least + (most - least) * look(textures.iridescence_thickness)?.y;
+        if layers.anisotropy > 0.0 {
+            let found = match textures.anisotropy {
+                Some(_) => look(textures.anisotropy)?.truncate(),
+                None => Vec3::new(1.0, 0.5, 1.0),
+            };
+            layers.anisotropy *= found.z;
+            let edges = match textures.anisotropy.or(textures.normal) {
+                Some(texture) => self.image_edges(texture, place),
+                None => edges(place.tex_coords.map(|corner| corner[0])),
+            };
+            if let Some(axes) = place.axes(edges) {
+                layers.set_grain((found.truncate() * 2.0 - 1.0).normalize_or_zero(), axes);
+            }
+        }
+        Ok(())
     }
 
     fn look(&self, texture: Option<u32>, place: &Place) -> Result<Vec4, OpenError> {
@@ -247,22 +306,18 @@ impl Materials {
     /// The edges of the triangle in the image of a texture.
     fn image_edges(&self, texture: u32, place: &Place) -> [Vec2; 2] {
         let set = self.textures.tex_coord(texture);
-        let [a, b, c] = place.tex_coords.map(|corner| self.textures.place(texture, corner[set]));
-        [b - a, c - a]
+        edges(place.tex_coords.map(|corner| self.textures.place(texture, corner[set])))
     }
 
     /// What a normal texture does; nothing where the triangle has no extent in the image.
     fn slopes(&self, texture: u32, scale: f32, place: &Place) -> Result<Option<Slopes>, OpenError> {
-        let [a, b] = self.image_edges(texture, place);
-        let determinant = a.perp_dot(b);
-        if !(determinant.abs() > 0.0 && determinant.is_finite()) {
-            return Ok(None);
-        }
-        let [e1, e2] = place.edges;
-        // What a step in the image to the right and one downwards is on the surface, each along one alone.
-        let right = (e1 * b.y - e2 * a.y) / determinant;
-        let down = (e2 * a.x - e1 * b.x) / determinant;
+        let Some(axes) = place.axes(self.image_edges(texture, place)) else { return Ok(None) };
         let local = self.look(Some(texture), place)?.truncate() * 2.0 - 1.0;
-        Ok(Some(Slopes { axes: [right, -down], local: local * Vec3::new(scale, scale, 1.0) }))
+        Ok(Some(Slopes { axes, local: local * Vec3::new(scale, scale, 1.0) }))
     }
+}
+
+/// From the first corner to the others.
+fn edges([a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
+    [b - a, c - a]
 }

@@ -1,9 +1,10 @@
 //! Materials: factors, textures, and those extensions that our materials can hold.
 
+use super::layers::{self, Layers};
 use super::texture::{Named, Textures};
 use crate::emit::Emitter;
 use gltf::json::Material as JsonMaterial;
-use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossiness};
+use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossiness, Specular};
 use gltf::json::material::{AlphaMode as JsonAlphaMode, NormalTexture};
 use gltf::json::validation::Checked;
 use raystrips_geom::Streams;
@@ -11,15 +12,8 @@ use raystrips_geom::scene::{AlphaMode, Material, SceneDesc};
 use std::collections::BTreeSet;
 
 /// Extensions of materials that change what is seen and are not read.
-const NOT_READ: [&str; 7] = [
-    "KHR_materials_clearcoat",
-    "KHR_materials_sheen",
-    "KHR_materials_iridescence",
-    "KHR_materials_anisotropy",
-    "KHR_materials_dispersion",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_subsurface",
-];
+const NOT_READ: [&str; 3] =
+    ["KHR_materials_dispersion", "KHR_materials_diffuse_transmission", "KHR_materials_subsurface"];
 
 /// Materials of a document, added to the scene when first used.
 pub(super) struct Materials<'a> {
@@ -69,7 +63,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    fn convert(&self, json: &JsonMaterial, out: &mut Emitter) -> Material {
+    fn convert(&mut self, json: &JsonMaterial, out: &mut Emitter) -> Material {
         let pbr = &json.pbr_metallic_roughness;
         let [red, green, blue, opacity] = pbr.base_color_factor.0;
         let mut material = Material {
@@ -113,7 +107,7 @@ impl<'a> Materials<'a> {
         clamped(material)
     }
 
-    fn extend(&self, material: &mut Material, extensions: &Extensions, out: &mut Emitter) {
+    fn extend(&mut self, material: &mut Material, extensions: &Extensions, out: &mut Emitter) {
         if let Some(glossy) = &extensions.pbr_specular_glossiness {
             self.take_glossiness(material, glossy, out);
         }
@@ -126,19 +120,34 @@ impl<'a> Materials<'a> {
                 texture.and_then(|info| self.textures.get(&Named::of(info), false, out));
         }
         material.ior = extensions.ior.as_ref().map_or(material.ior, |i| i.ior.0);
-        material.specular = extensions.specular.as_ref().map_or(1.0, |s| s.specular_factor.0);
+        if let Some(specular) = &extensions.specular {
+            self.take_specular(material, specular, out);
+        }
         let volume = extensions.volume.as_ref().filter(|volume| volume.thickness_factor.0 > 0.0);
         material.thin = volume.is_none();
         if let Some(volume) = volume {
             material.absorption = absorption(volume.attenuation_color.0, volume.attenuation_distance.0);
         }
+        let (textures, not_read) = (self.textures, &mut self.not_read);
+        Layers { textures, extensions, not_read, out }.read(material);
         if extensions.unlit.is_some() {
             // Shows its color whatever light there is: as if it shone by itself.
             material.emission = std::mem::replace(&mut material.base_color, [0.0; 3]);
             material.textures.emission = material.textures.base_color;
             (material.metallic, material.roughness, material.specular) = (0.0, 1.0, 0.0);
             (material.textures.metallic, material.textures.roughness) = (None, None);
+            (material.clearcoat, material.sheen) = Default::default();
         }
+    }
+
+    fn take_specular(&self, material: &mut Material, specular: &Specular, out: &mut Emitter) {
+        material.specular = specular.specular_factor.0;
+        material.specular_color = specular.specular_color_factor.0;
+        let texture = |info: &Option<gltf::json::texture::Info>, is_srgb, out: &mut Emitter| {
+            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), is_srgb, out))
+        };
+        material.textures.specular = texture(&specular.specular_texture, false, out);
+        material.textures.specular_color = texture(&specular.specular_color_texture, true, out);
     }
 
     fn take_glossiness(&self, material: &mut Material, glossy: &PbrSpecularGlossiness, out: &mut Emitter) {
@@ -154,8 +163,10 @@ impl<'a> Materials<'a> {
 
 /// What vertices need for the textures of a material.
 pub(super) fn tex_coords(scene: &SceneDesc, material: u32) -> Streams {
-    let textures = scene.materials[material as usize].textures.all();
-    textures.map(|texture| scene.textures[texture as usize].tex_coord).fold(Streams::NONE, |all, set| {
+    let material = &scene.materials[material as usize];
+    let sets = material.textures.all().map(|texture| scene.textures[texture as usize].tex_coord);
+    let direction = (material.anisotropy.strength > 0.0).then_some(0);
+    sets.chain(direction).fold(Streams::NONE, |all, set| {
         all.union(if set == 0 { Streams::TEX_COORDS_0 } else { Streams::TEX_COORDS_1 })
     })
 }
@@ -182,14 +193,17 @@ fn absorption(color: [f32; 3], distance: f32) -> [f32; 3] {
 
 /// JSON may hold any number; the renderer may not get it.
 fn clamped(material: Material) -> Material {
+    let radiance = |c: f32| if c.is_finite() { c.max(0.0) } else { 0.0 };
+    let material = layers::clamped(material);
     Material {
         base_color: material.base_color.map(|c| c.clamp(0.0, 1.0)),
         alpha: material.alpha.clamp(0.0, 1.0),
-        emission: material.emission.map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 }),
+        emission: material.emission.map(radiance),
         metallic: material.metallic.clamp(0.0, 1.0),
         roughness: material.roughness.clamp(0.0, 1.0),
         transmission: material.transmission.clamp(0.0, 1.0),
         specular: material.specular.clamp(0.0, 1.0),
+        specular_color: material.specular_color.map(radiance),
         // An index of 0 is the specification's way to turn Fresnel reflection off.
         ior: if material.ior >= 1.0 && material.ior.is_finite() { material.ior } else { 1.5 },
         ..material

@@ -13,6 +13,7 @@ mod document;
 mod draco;
 mod glb;
 mod instances;
+mod layers;
 mod material;
 mod meshopt;
 mod morph;

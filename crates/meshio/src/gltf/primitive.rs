@@ -263,6 +263,10 @@ impl<'a> Primitives<'a> {
             _ => {}
         }
         let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+            if Extension::of(self.path, primitive, at)?.is_some() {
+                let what = "is not there, though the primitive is compressed; export the file again";
+                return Err(syntax(self.path, format_args!("{at}.attributes.POSITION"), what));
+            }
             self.without_positions += 1;
             return Ok(None);
         };
@@ -310,6 +314,11 @@ impl<'a> Primitives<'a> {
         };
         let id = extension.as_ref().and_then(|extension| extension.attributes.get(&name));
         let (Some(extension), Some(&id)) = (&extension, id) else {
+            if extension.is_some() && positions == Some(index) {
+                // Without bytes the accessor would stand for zeros.
+                let at = format!("{at}.extensions.{}.attributes.{name}", draco::NAME);
+                return Err(syntax(self.path, at, "is not there; export the file again"));
+            }
             let found = kinds.iter().find(|&kind| accessor.type_ == Checked::Valid(*kind));
             return self.accessor(index.value(), *found.unwrap_or(&kinds[0]), &at_plain).map(Some);
         };

@@ -1,5 +1,8 @@
 //! glTF files as people have them: good, odd and hostile.
 
+mod draco;
+mod layers;
+
 use crate::testing::{Collect, import_all_prefixes, import_bytes, import_path, write_file};
 use crate::{Import, ImportError, ImportOptions};
 use crate::{Survey, survey};

@@ -14,6 +14,8 @@ pub(super) enum Slot {
     BaseColor,
     Opacity,
     Emission,
+    /// Color of reflection.
+    Specular,
     Roughness,
     Metallic,
     /// Heights; many files name slopes the same.
@@ -28,6 +30,7 @@ impl Slot {
             b"map_kd" => Slot::BaseColor,
             b"map_d" => Slot::Opacity,
             b"map_ke" => Slot::Emission,
+            b"map_ks" => Slot::Specular,
             b"map_pr" => Slot::Roughness,
             b"map_pm" => Slot::Metallic,
             b"map_bump" | b"bump" => Slot::Heights,
@@ -111,13 +114,14 @@ impl TextureMap {
             Slot::Heights => ImageSource::Heights { path, scale: self.bump.to_bits() },
             _ => ImageSource::File(path),
         };
-        let is_srgb = matches!(self.slot, Slot::BaseColor | Slot::Emission);
+        let is_srgb = matches!(self.slot, Slot::BaseColor | Slot::Emission | Slot::Specular);
         let texture = Some(out.texture(source, is_srgb, texture));
         let textures = &mut material.textures;
         match self.slot {
             Slot::BaseColor => textures.base_color = texture,
             Slot::Opacity => textures.opacity = texture,
             Slot::Emission => textures.emission = texture,
+            Slot::Specular => textures.specular_color = texture,
             Slot::Roughness => textures.roughness = texture,
             Slot::Metallic => textures.metallic = texture,
             Slot::Heights | Slot::Slopes => textures.normal = texture,
@@ -170,6 +174,6 @@ mod tests {
         assert_eq!((found.is_clamped, found.bump), (true, 0.5));
         assert_eq!(map("-s 2"), None);
         assert_eq!(map("  "), None);
-        assert_eq!((Slot::of(b"map_Bump"), Slot::of(b"map_Ks")), (Some(Slot::Heights), None));
+        assert_eq!((Slot::of(b"map_Bump"), Slot::of(b"map_Ns")), (Some(Slot::Heights), None));
     }
 }

@@ -305,8 +305,9 @@ impl<'a, 'b> Obj<'a, 'b> {
                 if let Err(error) = mtl::read(&path, &mut self.library, self.out) {
                     self.out.warn(self.path, format_args!("no materials: {error}"));
                 }
-                let is_textured = self.library.values().any(|(_, maps)| !maps.is_empty());
-                self.vertices.keeps_tex_coords = is_textured && !self.out.options.bare;
+                let materials = self.library.values();
+                let mut needs = materials.map(|(m, maps)| !maps.is_empty() || m.anisotropy.strength > 0.0);
+                self.vertices.keeps_tex_coords = needs.any(|needs| needs) && !self.out.options.bare;
             }
             Err(reason) => self.out.warn(self.path, format_args!("mtllib '{name}' is not read: {reason}")),
         }

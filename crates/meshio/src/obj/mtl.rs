@@ -5,17 +5,22 @@
 //!
 //! MTL describes Phong surfaces. `Kd` becomes the base color (`Ks` where a material is a mirror: black `Kd`, `illum`
 //! 3 or 5), `Ns` the roughness of a microfacet lobe of the same width, `d` and `Tr` the opacity, `Ke` the emission.
-//! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass, of the color of `Tf`. `Pr` and `Pm` of the PBR extension, where
-//! given, win. Textures are in [`maps`](super::maps).
+//! `illum` 4, 6, 7, 9 with an index of refraction other than 1 is glass, of the color of `Tf`. `Pr` and `Pm` of the PBR
+//! extension, where given, win; `Pc` and `Pcr` are a clear coat, `Ps` is sheen, `aniso` and `anisor` (in turns) are anisotropy.
+//! Textures are in [`maps`](super::maps).
 
 use super::maps::{Slot, TextureMap};
 use crate::Result;
 use crate::emit::Emitter;
 use crate::map::Map;
 use crate::number::{is_space, parse_f64, words};
-use raystrips_geom::scene::{AlphaMode, Material};
+use raystrips_geom::scene::{AlphaMode, Anisotropy, Clearcoat, Material, Sheen};
 use std::collections::HashMap;
+use std::f32::consts::TAU;
 use std::path::Path;
+
+/// The extension has no number for it; that of the program whose numbers it is for.
+const SHEEN_ROUGHNESS: f32 = 0.5;
 
 /// Materials by name, each with its textures; the first of a name counts.
 pub(super) type Library = HashMap<String, (Material, Vec<TextureMap>)>;
@@ -50,7 +55,7 @@ pub(super) fn read(path: &Path, library: &mut Library, out: &mut Emitter) -> Res
     if not_read {
         out.warn(
             path,
-            "textures other than map_Kd, map_d, map_Ke, map_Pr, map_Pm, map_Bump and norm are not read",
+            "textures other than map_Kd, map_Ks, map_d, map_Ke, map_Pr, map_Pm, map_Bump and norm are not read",
         );
     }
     Ok(())
@@ -79,6 +84,11 @@ struct Phong {
     illumination: i32,
     roughness: Option<f32>,
     metallic: Option<f32>,
+    clearcoat: Clearcoat,
+    sheen: [f32; 3],
+    anisotropy: f32,
+    /// Of the direction in which facets are rougher, in turns.
+    turn: f32,
     maps: Vec<TextureMap>,
 }
 
@@ -101,9 +111,21 @@ impl Phong {
             b"illum" => self.illumination = number(rest)? as i32,
             b"Pr" => self.roughness = Some(number(rest)?),
             b"Pm" => self.metallic = Some(number(rest)?),
+            b"Pc" => self.clearcoat.strength = number(rest)?.clamp(0.0, 1.0),
+            b"Pcr" => self.clearcoat.roughness = number(rest)?.clamp(0.0, 1.0),
+            b"Ps" => self.sheen = color(rest)?.map(|c| c.clamp(0.0, 1.0)),
+            b"aniso" => self.anisotropy = number(rest)?.clamp(0.0, 1.0),
+            b"anisor" => self.turn = number(rest)?,
             _ => {}
         }
         Some(())
+    }
+
+    /// It reflects as more than a matte surface does.
+    fn is_shiny(&self) -> bool {
+        let is_textured = self.maps.iter().any(|map| map.slot == Slot::Specular);
+        let reflects = self.specular.map_or(is_textured, |c| c.iter().any(|&x| x > 0.0));
+        reflects && self.illumination != 1
     }
 
     fn into_material(self) -> Material {
@@ -114,7 +136,7 @@ impl Phong {
             && self.diffuse.is_none_or(black);
         let glass =
             matches!(self.illumination, 4 | 6 | 7 | 9) && self.ior.is_some_and(|ior| ior > 0.0 && ior != 1.0);
-        let shiny = self.specular.is_some_and(|c| !black(c)) && self.illumination != 1;
+        let shiny = self.is_shiny();
         // A Phong lobe of exponent n is as wide as a Beckmann lobe of alpha^2 = 2 / (n + 2); alpha is roughness^2.
         let lobe = self.exponent.filter(|_| shiny || glass).map(|n| (2.0 / (n.max(0.0) + 2.0)).sqrt().sqrt());
         let smooth = if mirror || glass { Some(0.0) } else { None };
@@ -146,6 +168,9 @@ impl Phong {
             transmission: if glass { 1.0 } else { 0.0 },
             ior: self.ior.filter(|&ior| ior >= 1.0).unwrap_or(plain.ior),
             specular: if shiny || glass || self.roughness.is_some() { 1.0 } else { 0.0 },
+            clearcoat: self.clearcoat,
+            sheen: Sheen { color: self.sheen, roughness: SHEEN_ROUGHNESS },
+            anisotropy: Anisotropy { strength: self.anisotropy, rotation: self.turn.fract() * TAU },
             name: self.name,
             ..plain
         }
@@ -205,10 +230,24 @@ mod tests {
     #[test]
     fn what_has_a_texture_has_its_color() {
         let (library, warnings) =
-            library("newmtl a\nKd 0 0 0\nmap_Kd a.png\nnewmtl b\nmap_Ke b.png\nKd 1 0 0\nmap_Ks c.png");
+            library("newmtl a\nKd 0 0 0\nmap_Kd a.png\nnewmtl b\nmap_Ke b.png\nKd 1 0 0\nmap_Ns c.png");
         assert_eq!((library["a"].0.base_color, library["a"].1[0].slot), ([1.0; 3], Slot::BaseColor));
         assert_eq!((library["b"].0.base_color, library["b"].0.emission), ([1.0, 0.0, 0.0], [1.0; 3]));
         assert_eq!(warnings.len(), 1, "{warnings:?}");
+    }
+
+    #[test]
+    fn layers_of_the_pbr_extension() {
+        let (library, warnings) = library(
+            "newmtl car\nPc 0.5\nPcr 3\nPs 0.25\nnewmtl pan\nPm 1\nPr 0.5\naniso 0.75\nanisor 1.25\nnewmtl silk\n\
+             Ps 1 .5 .25\nPc x\nnewmtl tile\nmap_Ks a.png\nnewmtl wood\nKs 0 0 0\nmap_Ks a.png",
+        );
+        let car = &library["car"].0;
+        assert_eq!(car.clearcoat, Clearcoat { strength: 0.5, roughness: 1.0 });
+        assert_eq!((car.sheen.color, library["silk"].0.sheen.color), ([0.25; 3], [1.0, 0.5, 0.25]));
+        assert_eq!(library["pan"].0.anisotropy, Anisotropy { strength: 0.75, rotation: 0.25 * TAU });
+        assert_eq!((library["tile"].0.specular, library["wood"].0.specular), (1.0, 0.0));
+        assert!(warnings.len() == 1 && warnings[0].contains("line 12"), "{warnings:?}");
     }
 
     #[test]

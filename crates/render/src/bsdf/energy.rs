@@ -8,7 +8,7 @@ use std::array::from_fn;
 use std::sync::OnceLock;
 
 /// Steps of alpha and of the square root of the cosine: at grazing angles most changes.
-const STEPS: usize = 32;
+pub(super) const STEPS: usize = 32;
 /// Samples along each axis for one entry.
 const SAMPLES: u32 = 32;
 
@@ -64,12 +64,12 @@ impl Tables {
     }
 }
 
-fn step(i: usize) -> f32 {
+pub(super) fn step(i: usize) -> f32 {
     i as f32 / (STEPS - 1) as f32
 }
 
 /// The step below a number from 0 to 1, and how far it is on the way to the next.
-fn place(x: f32) -> (usize, f32) {
+pub(super) fn place(x: f32) -> (usize, f32) {
     let scaled = x.clamp(0.0, 1.0) * (STEPS - 1) as f32;
     let step = (scaled as usize).min(STEPS - 2);
     (step, scaled - step as f32)
@@ -114,32 +114,42 @@ pub(super) fn compensation(cosine: f32, alpha: f32, normal: Vec3) -> Vec3 {
     1.0 + normal * ((1.0 - single) / single)
 }
 
+/// The same where facets are wider along one direction: by the mean of both widths straight on, and not at all at grazing angles,
+/// where it depends on the side from which they are seen. No light is made, but some is lost.
+pub(super) fn stretched_compensation(cosine: f32, alphas: [f32; 2], normal: Vec3) -> Vec3 {
+    let [along, across] = alphas.map(|alpha| Tables::get().at(cosine, alpha).mirror);
+    let straight = 0.5 * (along + across);
+    let single = 1.0 + (straight - 1.0) * (cosine * cosine);
+    1.0 + normal * ((1.0 - single) / single)
+}
+
 /// A boundary of facets above what reflects diffusely.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coat {
     pub alpha: f32,
     /// Reflectance straight back.
-    pub normal: f32,
+    pub normal: Vec3,
     /// What all reflection is multiplied by.
     pub strength: f32,
 }
 
 impl Coat {
-    /// Share of light from everywhere that gets below the boundary, or from there to a viewer.
+    /// Share of light from everywhere that gets below the boundary, or from there to a viewer: of the color that most is
+    /// reflected of, so that what is below keeps its hue.
     pub fn passed(&self, cosine: f32) -> f32 {
-        1.0 - self.strength * Tables::get().at(cosine, self.alpha).of(self.normal)
+        1.0 - self.strength * Tables::get().at(cosine, self.alpha).of(self.normal.max_element())
     }
 
     /// Reflectance of a facet at an angle of this cosine.
-    pub fn reflectance(&self, cosine: f32) -> f32 {
-        self.strength * schlick(cosine, Vec3::splat(self.normal)).x
+    pub fn reflectance(&self, cosine: f32) -> Vec3 {
+        self.strength * schlick(cosine, self.normal)
     }
 
     /// What diffuse reflection below is multiplied by, so that it and reflection at the boundary are all of the light where
     /// nothing is absorbed (Kelemen and Szirmay-Kalos 2001). By what a facet lets through, as the specification of glTF has
     /// it, a white surface would reflect more than comes.
     pub fn diffuse(&self, cosines: [f32; 2]) -> f32 {
-        let mean = 1.0 - self.strength * Tables::get().mean_at(self.alpha).of(self.normal);
+        let mean = 1.0 - self.strength * Tables::get().mean_at(self.alpha).of(self.normal.max_element());
         let [a, b] = cosines.map(|cosine| self.passed(cosine));
         if mean > 0.0 { a * b / mean } else { 0.0 }
     }

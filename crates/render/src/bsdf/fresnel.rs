@@ -24,8 +24,14 @@ pub(super) fn schlick(cosine: f32, normal: Vec3) -> Vec3 {
     normal + (1.0 - normal) * (x2 * x2 * x)
 }
 
+/// A reflectance that is `normal` straight back, of a boundary for which it should be `colored` there and still all at
+/// grazing angles.
+pub(super) fn colored(reflectance: f32, normal: f32, colored: Vec3) -> Vec3 {
+    reflectance + (colored - normal) * ((1.0 - reflectance) / (1.0 - normal).max(1e-6))
+}
+
 /// Reflectance of a sheet that reflects `r` at each of its two sides, with all that goes to and fro between them.
-pub(super) fn sheet(r: f32) -> f32 {
+pub(super) fn sheet(r: Vec3) -> Vec3 {
     2.0 * r / (1.0 + r)
 }
 

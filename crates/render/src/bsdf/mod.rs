@@ -2,23 +2,29 @@
 //!
 //! A surface is a mixture of three lobes: reflection at a boundary of microfacets, which is that of a dielectric or of a
 //! metal; below a dielectric, diffuse reflection (Lambert), or transmission (Walter, Marschner, Li, Torrance 2007). What
-//! facets of a metal reflect to each other is added. Below [`Ggx::MIN_ALPHA`] microfacets are a smooth boundary,
+//! facets of a metal reflect to each other is added. A [`Film`] may color the boundary, and layers may lie over it all:
+//! [`Layered`]. Below [`Ggx::MIN_ALPHA`] microfacets are a smooth boundary,
 //! whose directions no light can be sampled for.
 //!
 //! Radiance is not scaled by the square of the index of refraction: what a path loses when it enters a medium it gains when
 //! it leaves. Lamps inside of glass are brighter by that.
 
 mod energy;
+mod film;
 mod fresnel;
 mod ggx;
+mod layered;
+mod sheen;
 #[cfg(test)]
 mod tests;
 
 use crate::material::ShadingMaterial;
 use crate::sampling::cosine_hemisphere;
 use energy::Coat;
+use film::Film;
 use ggx::Ggx;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
+use layered::Layered;
 use std::f32::consts::FRAC_1_PI;
 
 /// What is rougher reflects as if diffusely.
@@ -58,6 +64,15 @@ struct Lobes {
     facets: Option<Ggx>,
     /// What reflection by a metal is multiplied by, for light that facets reflect to each other.
     compensation: Vec3,
+    /// On the boundary.
+    film: Option<Film>,
+    /// Over the boundary. From inside it only takes away.
+    layered: Option<Layered>,
+    /// Reflectance straight back of a dielectric without film, and without color.
+    normal: Vec3,
+    plain_normal: f32,
+    /// The boundary above what reflects diffusely; from inside there is none.
+    coat: Option<Coat>,
     /// Probabilities with which the boundary and diffuse reflection below it are chosen.
     choice: [f32; 2],
 }
@@ -73,7 +88,9 @@ impl<'a> Bsdf<'a> {
     pub fn is_black(&self) -> bool {
         match &self.lobes {
             None => self.material.albedo == Vec3::ZERO,
-            Some(lobes) => lobes.choice.iter().all(|&probability| probability == 0.0),
+            Some(lobes) => {
+                lobes.choice == [0.0; 2] && !lobes.layered.is_some_and(|layered| layered.is_wide(0.0))
+            }
         }
     }
 
@@ -81,7 +98,9 @@ impl<'a> Bsdf<'a> {
     pub fn is_diffuse(&self) -> bool {
         let Some(lobes) = &self.lobes else { return self.material.albedo != Vec3::ZERO };
         let is_rough = self.material.alpha_ggx >= DIFFUSE_ALPHA && self.material.transmitted() == Vec3::ZERO;
-        lobes.choice[1] > 0.0 || (is_rough && lobes.choice[0] > 0.0)
+        lobes.choice[1] > 0.0
+            || (is_rough && lobes.choice[0] > 0.0)
+            || lobes.layered.is_some_and(|layered| layered.is_wide(DIFFUSE_ALPHA))
     }
 
     /// How much wider what is seen by way of the surface is far away: roughly, of the lobe that spreads most.
@@ -89,7 +108,8 @@ impl<'a> Bsdf<'a> {
         /// Of diffuse reflection.
         const DIFFUSE: f32 = 0.5;
         let Some(lobes) = &self.lobes else { return DIFFUSE };
-        if lobes.choice[1] > 0.0 { DIFFUSE } else { DIFFUSE * self.material.alpha_ggx }
+        let is_wide = lobes.layered.is_some_and(|layered| layered.is_wide(DIFFUSE_ALPHA));
+        if lobes.choice[1] > 0.0 || is_wide { DIFFUSE } else { DIFFUSE * self.material.alpha_ggx }
     }
 
     /// What of light from `wi`, a unit vector on the viewer's side, is reflected to the viewer (without the cosine), and the
@@ -123,15 +143,40 @@ impl<'a> Bsdf<'a> {
 
 impl Lobes {
     fn new(material: &ShadingMaterial, n: Vec3, is_outside: bool, dir: Vec3) -> Lobes {
-        let tangents = n.any_orthonormal_pair();
+        let tangents = tangents(material, n);
         let to_viewer = -dir.normalize();
         let wo = Vec3::new(tangents.0.dot(to_viewer), tangents.1.dot(to_viewer), n.dot(to_viewer).max(1e-4));
         // Of what nothing is seen through only the outside is there.
         let eta = if is_outside || !material.is_solid() { material.ior } else { 1.0 / material.ior };
-        let facets = (material.alpha_ggx >= Ggx::MIN_ALPHA).then(|| Ggx::new(material.alpha_ggx));
-        let mut lobes = Lobes { tangents, wo, eta, facets, compensation: Vec3::ONE, choice: [0.0; 2] };
-        if facets.is_some() {
-            lobes.compensation = energy::compensation(wo.z, material.alpha_ggx, material.albedo);
+        let root = (eta - 1.0) / (eta + 1.0);
+        let mut lobes = Lobes {
+            tangents,
+            wo,
+            eta,
+            facets: facets(material),
+            compensation: Vec3::ONE,
+            film: None,
+            layered: None,
+            normal: (root * root * material.specular_color).min(Vec3::ONE),
+            plain_normal: root * root,
+            coat: None,
+            choice: [0.0; 2],
+        };
+        if let Some(layers) = &material.layers {
+            let film = Film::new(layers.iridescence, layers.film_ior, layers.film_thickness[1]);
+            lobes.film = (layers.iridescence > 0.0).then_some(film);
+            lobes.layered = Layered::new(layers);
+        }
+        lobes.compensation = match lobes.facets {
+            Some(ggx) if ggx.is_stretched() => {
+                energy::stretched_compensation(wo.z, ggx.alpha.to_array(), material.albedo)
+            }
+            Some(_) => energy::compensation(wo.z, material.alpha_ggx, material.albedo),
+            None => Vec3::ONE,
+        };
+        if eta >= 1.0 {
+            let normal = lobes.film.map_or(lobes.normal, |film| film.bound(lobes.normal));
+            lobes.coat = Some(Coat { alpha: material.alpha_ggx, normal, strength: material.specular });
         }
         lobes.choose(material);
         lobes
@@ -144,11 +189,22 @@ impl Lobes {
     /// Lobes are chosen by about what they reflect of light from everywhere.
     fn choose(&mut self, material: &ShadingMaterial) {
         let [reflected, transmitted] = self.boundary(material, self.wo.z);
-        let passed = self.coat(material).map_or(1.0, |coat| coat.passed(self.wo.z));
-        let parts = [reflected + transmitted, material.diffuse().max_element() * passed];
+        let passed = self.coat.map_or(1.0, |coat| coat.passed(self.wo.z));
+        let mut parts = [reflected + transmitted, material.diffuse().max_element() * passed, 0.0, 0.0];
+        if self.film.is_some() {
+            // It may be dark at this angle and bright at those of facets.
+            parts[0] = parts[0].max(0.05);
+        }
+        if let Some(layered) = self.layered {
+            let below = layered.passed([self.wo.z; 2]);
+            let [coat, sheen] = if self.eta >= 1.0 { layered.reflected(self.wo.z) } else { [0.0; 2] };
+            parts = [parts[0] * below, parts[1] * below, coat, sheen];
+        }
         let sum: f32 = parts.iter().sum();
         if sum > 0.0 {
-            self.choice = parts.map(|part| part / sum);
+            let [boundary, diffuse, coat, sheen] = parts.map(|part| part / sum);
+            self.choice = [boundary, diffuse];
+            self.layered.iter_mut().for_each(|layered| layered.choose([coat, sheen]));
         }
     }
 
@@ -168,52 +224,101 @@ impl Lobes {
     fn reflectance(&self, material: &ShadingMaterial, cosine: f32) -> Vec3 {
         let glass = material.transmission * self.glass(material, cosine);
         let opaque =
-            (1.0 - material.transmission) * self.coat(material).map_or(0.0, |coat| coat.reflectance(cosine));
-        let metal = self.compensation * fresnel::schlick(cosine, material.albedo);
+            (1.0 - material.transmission) * self.coat.map_or(Vec3::ZERO, |coat| self.opaque(coat, cosine));
+        let metal = self.filmed(fresnel::schlick(cosine, material.albedo), cosine, material.albedo);
+        let metal = self.compensation * metal;
         (1.0 - material.metallic) * (glass + opaque) + metal * material.metallic
     }
 
+    /// Reflectance, at an angle of this cosine, of a boundary above what reflects diffusely.
+    fn opaque(&self, coat: Coat, cosine: f32) -> Vec3 {
+        coat.strength * self.filmed(fresnel::schlick(cosine, self.normal), cosine, self.normal)
+    }
+
+    /// A reflectance with the film, if there is one.
+    fn filmed(&self, reflectance: Vec3, cosine: f32, normal: Vec3) -> Vec3 {
+        self.film.map_or(reflectance, |film| film.over(reflectance, cosine, normal))
+    }
+
     /// Reflectance at an angle of this cosine of a boundary through which light goes.
-    fn glass(&self, material: &ShadingMaterial, cosine: f32) -> f32 {
+    fn glass(&self, material: &ShadingMaterial, cosine: f32) -> Vec3 {
         let reflectance = fresnel::dielectric(cosine, self.eta);
         if reflectance >= 1.0 {
-            return 1.0;
+            return Vec3::ONE;
         }
-        let reflectance = material.specular * reflectance;
+        let colored = fresnel::colored(reflectance, self.plain_normal, self.normal);
+        // The film is outside.
+        let outside = if self.eta < 1.0 { fresnel::transmitted_cosine(cosine, self.eta) } else { None };
+        let colored = self.filmed(colored, outside.unwrap_or(cosine), self.normal);
+        let reflectance = material.specular * colored;
         if material.is_sheet() { fresnel::sheet(reflectance) } else { reflectance }
     }
 
-    /// What of light at an angle of this cosine goes through the boundary and the material.
+    /// What of light at an angle of this cosine goes through the boundary and the material: of the color that most is reflected
+    /// of, as of what is diffused.
     fn transmitted(&self, material: &ShadingMaterial, cosine: f32) -> Vec3 {
-        material.transmitted() * (1.0 - self.glass(material, cosine))
+        material.transmitted() * (1.0 - self.glass(material, cosine).max_element())
     }
 
-    /// The boundary above what reflects diffusely; from inside there is none.
-    fn coat(&self, material: &ShadingMaterial) -> Option<Coat> {
-        let root = (self.eta - 1.0) / (self.eta + 1.0);
-        let coat = Coat { alpha: material.alpha_ggx, normal: root * root, strength: material.specular };
-        (self.eta >= 1.0).then_some(coat)
+    /// What of light that is reflected to `wi` without the layers is left below them.
+    fn below_layers(&self, wi: Vec3) -> f32 {
+        let cosines = match (wi.z > 0.0, self.eta >= 1.0) {
+            (true, true) => [self.wo.z, wi.z],
+            (true, false) => return 1.0,
+            // Light goes through them once, outside.
+            (false, true) => [self.wo.z; 2],
+            (false, false) => [-wi.z; 2],
+        };
+        self.layered.map_or(1.0, |layered| layered.passed(cosines))
     }
 
     fn evaluate(&self, material: &ShadingMaterial, wi: Vec3) -> (Vec3, f32) {
         if wi.z <= 0.0 {
             return (Vec3::ZERO, 0.0);
         }
+        let (value, pdf) = self.evaluate_base(material, wi);
+        match self.layered.filter(|_| self.eta >= 1.0) {
+            Some(layered) => {
+                let (above, above_pdf) = layered.evaluate(self.wo, wi);
+                (above + value, above_pdf + pdf)
+            }
+            None => (value, pdf),
+        }
+    }
+
+    /// Share of what is diffused that gets to where it is and back out to the viewer.
+    fn diffused(&self, wi: Vec3) -> f32 {
+        let cosines = [self.wo.z, wi.z];
+        match (self.coat, &self.layered) {
+            (Some(coat), Some(layered)) => layered.diffuse(coat, cosines),
+            (Some(coat), None) => coat.diffuse(cosines),
+            (None, _) => 1.0,
+        }
+    }
+
+    /// What the surface below the layers reflects to the viewer through them.
+    fn evaluate_base(&self, material: &ShadingMaterial, wi: Vec3) -> (Vec3, f32) {
         let wo = self.wo;
         let h = (wo + wi).normalize();
         let cosine = wo.dot(h);
-        let passed = self.coat(material).map_or(1.0, |coat| coat.diffuse([wo.z, wi.z]));
-        let diffuse = material.diffuse() * (passed * FRAC_1_PI);
+        let diffuse = material.diffuse() * (self.diffused(wi) * FRAC_1_PI);
         let diffuse_pdf = self.choice[1] * wi.z * FRAC_1_PI;
         let Some(ggx) = self.facets else { return (diffuse, diffuse_pdf) };
         let facets = ggx.facets(h) / (4.0 * wo.z);
-        let reflected = self.reflectance(material, cosine) * (facets * ggx.visible_from_both(wo, wi) / wi.z);
+        let visible = ggx.visible_from_both(wo, wi) * self.below_layers(wi);
+        let reflected = self.reflectance(material, cosine) * (facets * visible / wi.z);
         let chosen = self.choice[0] * self.reflects(material, cosine);
         (diffuse + reflected, diffuse_pdf + chosen * facets * ggx.visible(wo))
     }
 
     fn sample(&self, material: &ShadingMaterial, u: [f32; 2], choice: f32) -> Option<Scattered> {
-        let [boundary, _] = self.choice;
+        let [boundary, diffuse] = self.choice;
+        if let Some(layered) = self.layered.filter(|_| choice >= boundary + diffuse) {
+            return match layered.sample(self.wo, u, choice - (boundary + diffuse)) {
+                (_, Some(scattered)) => Some(scattered),
+                (wi, None) => self.combined(material, wi),
+            };
+        }
         if choice >= boundary {
             return self.combined(material, cosine_hemisphere(Vec3::Z, u).0);
         }
@@ -225,13 +330,11 @@ impl Lobes {
         }
         match self.facets {
             Some(_) => self.combined(material, mirrored(self.wo, h)),
-            None => Some(Scattered {
-                wi: mirrored(self.wo, h),
-                weight: self.reflectance(material, cosine) / reflected,
-                pdf: None,
-                is_transmitted: false,
-                eta: 1.0,
-            }),
+            None => {
+                let wi = mirrored(self.wo, h);
+                let weight = self.reflectance(material, cosine) * (self.below_layers(wi) / reflected);
+                Some(Scattered { wi, weight, pdf: None, is_transmitted: false, eta: 1.0 })
+            }
         }
     }
 
@@ -259,7 +362,7 @@ impl Lobes {
             (h * (cosine / self.eta - behind) - self.wo / self.eta, self.eta)
         };
         let visible = self.facets.map_or(1.0, |ggx| ggx.visible(wi));
-        let weight = self.transmitted(material, cosine) * (visible / probability);
+        let weight = self.transmitted(material, cosine) * (visible * self.below_layers(wi) / probability);
         (wi.z < 0.0 && weight.is_finite()).then_some(Scattered {
             wi,
             weight,
@@ -268,6 +371,23 @@ impl Lobes {
             eta,
         })
     }
+}
+
+/// Unit vectors at right angles to `n` and each other: the first along the grain, if there is one.
+fn tangents(material: &ShadingMaterial, n: Vec3) -> (Vec3, Vec3) {
+    let grain = material.layers.map_or(Vec3::ZERO, |layers| layers.grain);
+    match grain.reject_from_normalized(n).try_normalize() {
+        Some(along) => (along, n.cross(along)),
+        None => n.any_orthonormal_pair(),
+    }
+}
+
+/// The facets of the boundary; `None` if it is smooth.
+fn facets(material: &ShadingMaterial) -> Option<Ggx> {
+    let alpha = material.alpha_ggx;
+    let anisotropy = material.layers.map_or(0.0, |layers| layers.anisotropy);
+    let along = alpha + (1.0 - alpha) * (anisotropy * anisotropy);
+    (along >= Ggx::MIN_ALPHA).then(|| Ggx::stretched(Vec2::new(along, alpha.max(Ggx::MIN_ALPHA))))
 }
 
 /// The direction that `w` is reflected to by a mirror with normal `h`.

@@ -1,0 +1,170 @@
+//! Extensions of materials for what lies over a surface or changes its boundary: clear coats, sheen, anisotropy,
+//! iridescence.
+
+use super::texture::{Named, Textures};
+use crate::emit::Emitter;
+use gltf::json::extensions::material::Material as Extensions;
+use gltf::json::texture::Info;
+use raystrips_geom::scene::{Anisotropy, Clearcoat, Iridescence, Material, Sheen};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::collections::BTreeSet;
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct JsonClearcoat {
+    clearcoat_factor: f32,
+    clearcoat_texture: Option<Info>,
+    clearcoat_roughness_factor: f32,
+    clearcoat_roughness_texture: Option<Info>,
+    clearcoat_normal_texture: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct JsonSheen {
+    sheen_color_factor: [f32; 3],
+    sheen_color_texture: Option<Info>,
+    sheen_roughness_factor: f32,
+    sheen_roughness_texture: Option<Info>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct JsonAnisotropy {
+    anisotropy_strength: f32,
+    anisotropy_rotation: f32,
+    anisotropy_texture: Option<Info>,
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct JsonIridescence {
+    iridescence_factor: f32,
+    iridescence_texture: Option<Info>,
+    iridescence_ior: f32,
+    iridescence_thickness_minimum: f32,
+    iridescence_thickness_maximum: f32,
+    iridescence_thickness_texture: Option<Info>,
+}
+
+impl Default for JsonIridescence {
+    fn default() -> JsonIridescence {
+        let Iridescence { strength, ior, least_thickness, thickness } = Iridescence::default();
+        JsonIridescence {
+            iridescence_factor: strength,
+            iridescence_texture: None,
+            iridescence_ior: ior,
+            iridescence_thickness_minimum: least_thickness,
+            iridescence_thickness_maximum: thickness,
+            iridescence_thickness_texture: None,
+        }
+    }
+}
+
+/// Reads the layers of one material.
+pub(super) struct Layers<'a, 'e, 's> {
+    pub textures: Textures<'a>,
+    pub extensions: &'a Extensions,
+    pub not_read: &'e mut BTreeSet<&'static str>,
+    pub out: &'e mut Emitter<'s>,
+}
+
+impl Layers<'_, '_, '_> {
+    pub fn read(&mut self, material: &mut Material) {
+        if let Some(json) = self.extension("KHR_materials_clearcoat") {
+            self.clearcoat(json, material);
+        }
+        if let Some(json) = self.extension("KHR_materials_sheen") {
+            self.sheen(json, material);
+        }
+        if let Some(json) = self.extension("KHR_materials_anisotropy") {
+            self.anisotropy(&json, material);
+        }
+        if let Some(json) = self.extension("KHR_materials_iridescence") {
+            self.iridescence(&json, material);
+        }
+    }
+
+    /// An extension; nothing where its JSON does not fit, which is told.
+    fn extension<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
+        let parsed = T::deserialize(self.extensions.others.get(name)?);
+        let tell = |error: &_| self.out.warn(self.textures.path, format_args!("{name} is left out: {error}"));
+        parsed.inspect_err(tell).ok()
+    }
+
+    fn texture(&mut self, info: &Option<Info>, is_srgb: bool) -> Option<u32> {
+        self.textures.get(&Named::of(info.as_ref()?), is_srgb, self.out)
+    }
+
+    /// A texture, and the number that it multiplies: 0 if it could not be had, since what it confines to some places would be
+    /// everywhere.
+    fn confined(&mut self, factor: f32, info: &Option<Info>) -> (f32, Option<u32>) {
+        let texture = self.texture(info, false);
+        (if texture.is_some() || info.is_none() { factor } else { 0.0 }, texture)
+    }
+
+    fn clearcoat(&mut self, json: JsonClearcoat, material: &mut Material) {
+        let (strength, texture) = self.confined(json.clearcoat_factor, &json.clearcoat_texture);
+        material.clearcoat = Clearcoat { strength, roughness: json.clearcoat_roughness_factor };
+        material.textures.clearcoat = texture;
+        material.textures.clearcoat_roughness = self.texture(&json.clearcoat_roughness_texture, false);
+        if json.clearcoat_normal_texture.is_some() {
+            self.not_read.insert("clearcoatNormalTexture");
+        }
+    }
+
+    fn sheen(&mut self, json: JsonSheen, material: &mut Material) {
+        let texture = self.texture(&json.sheen_color_texture, true);
+        let is_there = texture.is_some() || json.sheen_color_texture.is_none();
+        let color = if is_there { json.sheen_color_factor } else { [0.0; 3] };
+        material.sheen = Sheen { color, roughness: json.sheen_roughness_factor };
+        material.textures.sheen_color = texture;
+        material.textures.sheen_roughness = self.texture(&json.sheen_roughness_texture, false);
+    }
+
+    fn anisotropy(&mut self, json: &JsonAnisotropy, material: &mut Material) {
+        let (strength, texture) = self.confined(json.anisotropy_strength, &json.anisotropy_texture);
+        material.anisotropy = Anisotropy { strength, rotation: json.anisotropy_rotation };
+        material.textures.anisotropy = texture;
+    }
+
+    fn iridescence(&mut self, json: &JsonIridescence, material: &mut Material) {
+        let (strength, texture) = self.confined(json.iridescence_factor, &json.iridescence_texture);
+        material.iridescence = Iridescence {
+            strength,
+            ior: json.iridescence_ior,
+            least_thickness: json.iridescence_thickness_minimum,
+            thickness: json.iridescence_thickness_maximum,
+        };
+        material.textures.iridescence = texture;
+        material.textures.iridescence_thickness = self.texture(&json.iridescence_thickness_texture, false);
+    }
+}
+
+/// Numbers of layers in their ranges: JSON may hold any.
+pub(super) fn clamped(material: Material) -> Material {
+    let share = |x: f32| x.clamp(0.0, 1.0);
+    let Material { clearcoat, sheen, anisotropy, iridescence, .. } = material;
+    let plain = Iridescence::default();
+    let thickness = |x: f32, plain: f32| if x.is_finite() { x.max(0.0) } else { plain };
+    Material {
+        clearcoat: Clearcoat { strength: share(clearcoat.strength), roughness: share(clearcoat.roughness) },
+        sheen: Sheen { color: sheen.color.map(share), roughness: share(sheen.roughness) },
+        anisotropy: Anisotropy {
+            strength: share(anisotropy.strength),
+            rotation: if anisotropy.rotation.is_finite() { anisotropy.rotation } else { 0.0 },
+        },
+        iridescence: Iridescence {
+            strength: share(iridescence.strength),
+            ior: if iridescence.ior >= 1.0 && iridescence.ior.is_finite() {
+                iridescence.ior
+            } else {
+                plain.ior
+            },
+            least_thickness: thickness(iridescence.least_thickness, plain.least_thickness),
+            thickness: thickness(iridescence.thickness, plain.thickness),
+        },
+        ..material
+    }
+}
