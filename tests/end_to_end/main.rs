@@ -12,6 +12,7 @@ mod direct_light;
 mod environment;
 mod far_away;
 mod hair;
+mod instances;
 mod interrupt;
 mod layouts;
 mod models;

@@ -1,6 +1,7 @@
 //! The same picture in any order, by any threads, with any part of the pack in memory.
 
 use crate::hair::lawn;
+use crate::instances::rings;
 use crate::models::Mesh;
 use crate::support::{Folder, repository_file};
 use crate::textures::quarters;
@@ -156,6 +157,14 @@ fn leaves_that_textures_cut_out() {
     folder.write("scene.toml", scene);
     folder.run("convert scene.toml -o leaves.rsp --page-size 4K").done();
     check_all(&folder.path("leaves.rsp"), Integrator::Path);
+}
+
+#[test]
+fn rings_that_are_instances() {
+    let folder = Folder::new();
+    rings(&folder);
+    folder.run("convert rings.gltf -o rings.rsp --page-size 4K").done();
+    check_all(&folder.path("rings.rsp"), Integrator::Path);
 }
 
 #[test]

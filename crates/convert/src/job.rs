@@ -31,7 +31,7 @@ const GATHERED_PARTS: &str = "gathered-parts";
 enum Record {
     /// The files that were read: what follows is of no use when one has changed.
     Files(Vec<FileStamp>),
-    /// Where scratch files are, if not beside the pack.
+    /// Where scratch files may be, if not beside the pack.
     Scratch(PathBuf),
     Imported(Box<Imported>),
     /// The triangles of the import are being consumed.
@@ -80,7 +80,8 @@ impl PiecesRecord {
 pub(crate) struct Found {
     /// The files that it has read.
     pub files: Vec<FileStamp>,
-    scratch: Option<PathBuf>,
+    /// Where it may have scratch files, if not beside the pack.
+    scratch: Vec<PathBuf>,
     /// The import but for its triangles.
     pub imported: Option<Imported>,
     gathered: Option<GatheredRecord>,
@@ -92,7 +93,10 @@ impl Found {
     fn recall(&mut self, record: Record) {
         match record {
             Record::Files(files) => self.files = files,
-            Record::Scratch(path) => self.scratch = Some(path),
+            Record::Scratch(path) => {
+                self.scratch.retain(|earlier| *earlier != path);
+                self.scratch.push(path);
+            }
             Record::Imported(imported) => self.imported = Some(*imported),
             Record::ImportGone => self.imported = None,
             Record::Gathered(gathered) => self.gathered = Some(gathered),
@@ -124,42 +128,43 @@ impl Job {
     ) -> Result<(Job, Found), ConvertError> {
         let identity = identity(inputs, params);
         let (folder, begun) = open_folder(&folder_of(output), &identity)?;
-        let scratch_path = params.scratch.as_ref().map(|place| scratch_folder(place, output));
-        let scratch = scratch_path.as_ref().map(|path| open_folder(path, &identity)).transpose()?;
-        let scratch = scratch.map(|(scratch, _)| scratch);
-        let is_new = begun == Begun::New || params.restart;
-        let prepare = || {
-            if is_new {
-                folder.clear()?;
-                scratch.as_ref().map_or(Ok(()), ScratchDir::clear)?;
-            }
-            Journal::open(&folder.file(JOURNAL))
-        };
-        let (journal, records) = prepare().map_err(ConvertError::Scratch)?;
+        let open_journal = || Journal::open(&folder.file(JOURNAL)).map_err(ConvertError::Scratch);
+        let (mut journal, records) = open_journal()?;
         let mut found = Found::default();
         // A record that cannot be read is as good as none.
         records.iter().map_while(|bytes| decode(bytes)).for_each(|record| found.recall(record));
-        let mut job = Job { folder, scratch, journal, useful: !records.is_empty() };
-        if !found.files.iter().all(FileStamp::is_current) {
-            job.useful = false;
-            job.journal.clear().map_err(ConvertError::Scratch)?;
+        let is_new = begun == Begun::New || params.restart || !found.files.iter().all(FileStamp::is_current);
+        if is_new {
             found = Found { scratch: found.scratch, ..Found::default() };
+            folder.clear().map_err(ConvertError::Scratch)?;
+            journal = open_journal()?.0;
         }
-        job.move_scratch(found.scratch.take(), scratch_path, &identity)?;
+        let mut job = Job { folder, scratch: None, journal, useful: !is_new && !records.is_empty() };
+        let scratch = params.scratch.as_ref().map(|place| scratch_folder(place, output));
+        job.open_scratch(&found.scratch, scratch, &identity)?;
+        if let Some(scratch) = job.scratch.as_ref().filter(|_| is_new) {
+            scratch.clear().map_err(ConvertError::Scratch)?;
+        }
         Ok((job, found))
     }
 
-    /// Notes where scratch files are, and removes those that an earlier run has put elsewhere.
-    fn move_scratch(
+    /// Opens the folder of scratch files at `now`, and removes those `earlier` ones that are elsewhere. Whenever this
+    /// process ends, all that there are are noted: each before it is made.
+    fn open_scratch(
         &mut self,
-        earlier: Option<PathBuf>,
+        earlier: &[PathBuf],
         now: Option<PathBuf>,
         identity: &str,
     ) -> Result<(), ConvertError> {
-        if let Some(earlier) = earlier.filter(|path| Some(path) != now.as_ref() && path.is_dir()) {
-            drop(open_folder(&earlier, identity)?);
+        let others: Vec<&PathBuf> = earlier.iter().filter(|&path| Some(path) != now.as_ref()).collect();
+        for path in others.iter().copied().chain(&now) {
+            self.append(&Record::Scratch(path.clone()))?;
         }
-        now.map_or(Ok(()), |path| self.append(&Record::Scratch(path)))
+        self.scratch = now.map(|path| open_folder(&path, identity)).transpose()?.map(|(scratch, _)| scratch);
+        for path in others.into_iter().filter(|path| path.is_dir()) {
+            drop(open_folder(path, identity)?);
+        }
+        Ok(())
     }
 
     fn append(&mut self, record: &Record) -> Result<(), ConvertError> {
