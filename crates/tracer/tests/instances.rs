@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use support::Random;
 
 /// Segments from pole to pole of the ball; twice as many around it.
-const RINGS: u32 = 24;
+const RINGS: u32 = 48;
 
 /// Positions and triangles of a closed ball with bumps, about 1 in radius.
 fn ball() -> (Vec<Vec3>, Vec<[u32; 3]>) {

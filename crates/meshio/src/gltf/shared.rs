@@ -11,8 +11,10 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::path::Path;
 
-/// Fewest triangles of a mesh of which copies are worth their bytes: rays are faster without instances.
-const FEWEST_TRIANGLES: u64 = 1024;
+/// Triangles of a mesh that is stored once: the nodes above smaller ones would take as much as copies.
+const FEWEST_TRIANGLES: u64 = 256;
+/// Triangles that have to be saved by it, some 300 KiB: rays are faster without instances.
+const FEWEST_SAVED: u64 = 1 << 15;
 
 /// Meshes that are shown often enough.
 pub(super) struct SharedMeshes {
@@ -42,9 +44,11 @@ impl SharedMeshes {
         for (mesh, is_shared) in by_mesh.iter_mut().enumerate() {
             let primitives = &document.meshes[mesh].primitives;
             let corners = primitives.iter().map(|primitive| corners(document, primitive));
-            *is_shared = shown[mesh] > 1
-                && primitives.iter().all(keeps_its_shape)
-                && corners.fold(0, u64::saturating_add) / 3 >= FEWEST_TRIANGLES;
+            let triangles = corners.fold(0, u64::saturating_add) / 3;
+            let saved = triangles.saturating_mul(shown[mesh].saturating_sub(1));
+            *is_shared = triangles >= FEWEST_TRIANGLES
+                && saved >= FEWEST_SAVED
+                && primitives.iter().all(keeps_its_shape);
         }
         Ok(SharedMeshes { by_mesh })
     }
