@@ -74,8 +74,6 @@ impl Forest {
     /// The hierarchy of the scene: its leaves are those of `scene`, then the instances.
     pub fn scene_with_instances(&self) -> Bvh {
         let trees = self.scene.iter().chain(&self.tree_of_instances).cloned();
-        let join =
-            |a: Bvh, b: Bvh| Bvh::Inner { bounds: a.bounds().union(b.bounds()), children: Box::new([a, b]) };
-        trees.reduce(join).expect("there is something to be seen").number_leaves()
+        trees.reduce(Bvh::join).expect("there is something to be seen").number_leaves()
     }
 }

@@ -85,9 +85,7 @@ impl Gathered {
     /// The hierarchy over what stands in the scene, if anything does: leaf i is piece i.
     pub fn scene_tree(&self) -> Option<Bvh> {
         let trees = self.kinds().map(|pieces| pieces.tree.clone());
-        let join =
-            |a: Bvh, b: Bvh| Bvh::Inner { bounds: a.bounds().union(b.bounds()), children: Box::new([a, b]) };
-        trees.reduce(join).map(Bvh::number_leaves)
+        trees.reduce(Bvh::join).map(Bvh::number_leaves)
     }
 
     /// Box around what stands in the scene.

@@ -9,7 +9,9 @@ use crate::{ConvertError, Observer, Stage};
 use glam::DAffine3;
 use raystrips_extmem::{Extent, Spool};
 use raystrips_geom::scene::SceneDesc;
-use raystrips_meshio::{FileStamp, ImageSource, ImportOptions, StrandBatch, TriangleBatch, TriangleSink};
+use raystrips_meshio::{
+    FileStamp, ImageSource, ImportOptions, Instance, StrandBatch, TriangleBatch, TriangleSink,
+};
 use raystrips_pack::Dropped;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -51,20 +53,6 @@ pub(crate) struct Part {
     pub bounds: WorldBounds,
     /// Offset and bytes in the spool of each chunk of blocks.
     chunks: Vec<(u64, u64)>,
-}
-
-/// A part at a place.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Instance {
-    /// Number of the part, not 0.
-    pub part: u32,
-    columns: [f64; 12],
-}
-
-impl Instance {
-    pub fn world_from_local(&self) -> DAffine3 {
-        DAffine3::from_cols_array(&self.columns)
-    }
 }
 
 /// What was imported, in blocks.
@@ -134,16 +122,12 @@ pub(crate) fn import(
     for instance in &import.instances {
         bounds.grow_around(&parts[instance.part as usize].bounds, &instance.world_from_local);
     }
-    let instance = |instance: &raystrips_meshio::Instance| Instance {
-        part: instance.part,
-        columns: instance.world_from_local.to_cols_array(),
-    };
     let imported = Imported {
         scene: import.scene,
         bounds,
         triangles: import.report.triangles,
         parts,
-        instances: import.instances.iter().map(instance).collect(),
+        instances: import.instances,
         strand_windows: sink.strand_windows,
         strand_points: sink.strand_points,
         radii: sink.radii,

@@ -6,7 +6,7 @@ use crate::offset;
 use crate::partition::Census;
 use glam::{DVec3, Vec3};
 use raystrips_geom::Aabb;
-use raystrips_geom::affine::{norm, transformed_bounds};
+use raystrips_geom::affine::{norm, transformed_bounds, transformed_triangle};
 use raystrips_pack::{Emitter, GeometryBounds, Instance};
 
 /// The instances of the import between coordinates of the pack. Their `root` is the number of the part, from 0 on.
@@ -15,7 +15,7 @@ pub(crate) fn placed(imported: &Imported) -> Vec<Instance> {
     let placed = imported.instances.iter().map(|instance| {
         let part =
             DVec3::from_array(offset::placement(&imported.parts[instance.part as usize].bounds).offset);
-        let world_from_local = instance.world_from_local();
+        let world_from_local = instance.world_from_local;
         let translation = world_from_local.transform_point3(part) - scene;
         let [x, y, z] = world_from_local.matrix3.transpose().to_cols_array_2d().map(DVec3::from_array);
         let row = |axis: usize, row: DVec3| row.extend(translation[axis]).as_vec4().to_array();
@@ -26,9 +26,9 @@ pub(crate) fn placed(imported: &Imported) -> Vec<Instance> {
 
 /// Most by which a coordinate of what instances show is moved: as in the part, and by the rounding of the transformation.
 pub(crate) fn position_error(imported: &Imported, placed: &[Instance], gathered: &Gathered) -> f64 {
-    let of_instance = |(instance, placed): (&crate::import::Instance, &Instance)| {
+    let of_instance = |(instance, placed): (&raystrips_meshio::Instance, &Instance)| {
         let Some(part) = &gathered.parts[placed.root as usize] else { return 0.0 };
-        let exact = instance.world_from_local().matrix3;
+        let exact = instance.world_from_local.matrix3;
         let rounded = placed.world_from_local();
         let moved = norm(exact - rounded.matrix3) * reach(&part.tree.bounds());
         let rounding = rounded.translation.abs().max_element() / f64::from(1u32 << 24);
@@ -72,11 +72,9 @@ fn boxes(census: &Census, geometries: usize) -> Vec<(usize, Aabb)> {
 /// The lamps of a part as an instance shows them.
 pub(crate) fn placed_emitters(instance: &Instance, emitters: &[Emitter]) -> Vec<Emitter> {
     let world_from_local = instance.world_from_local();
-    let is_mirrored = world_from_local.matrix3.determinant() < 0.0;
     let placed = |emitter: &Emitter| {
-        let corner = |p: [f32; 3]| world_from_local.transform_point3(Vec3::from_array(p).as_dvec3());
-        let [a, b, c] = emitter.corners.map(|p| corner(p).as_vec3().to_array());
-        Emitter { corners: if is_mirrored { [a, c, b] } else { [a, b, c] }, ..*emitter }
+        let corners = transformed_triangle(emitter.corners.map(Vec3::from_array), &world_from_local);
+        Emitter { corners: corners.map(|p| p.to_array()), ..*emitter }
     };
     emitters.iter().map(placed).collect()
 }

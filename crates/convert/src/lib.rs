@@ -339,7 +339,8 @@ impl Conversion<'_> {
         let strands =
             Kind::Strands { radii: imported.radii.code(), thinning: goal.map(|goal| goal.thinning()) };
         let id_bytes = if self.params.keep_ids { imported.id_bytes } else { 0 };
-        let contexts = self.contexts(gathered, [triangles, strands], id_bytes);
+        let in_parts = Kind::Triangles { shines: &shines, first_level: None };
+        let contexts = self.contexts(gathered, [triangles, strands, in_parts], id_bytes);
         self.build(gathered, output, &contexts, self.observer, &mut |piece| job.note_piece(piece))
     }
 
@@ -347,11 +348,10 @@ impl Conversion<'_> {
     fn contexts<'a>(
         &'a self,
         gathered: &'a Gathered,
-        [triangles, strands]: [Kind<'a>; 2],
+        [triangles, strands, in_parts]: [Kind<'a>; 3],
         id_bytes: u8,
     ) -> Vec<piece::Context<'a>> {
-        let in_part = triangles.without_simplification();
-        let parts = gathered.parts.iter().map(|part| (part, in_part));
+        let parts = gathered.parts.iter().map(|part| (part, in_parts));
         let kinds = [(&gathered.triangles, triangles), (&gathered.strands, strands)].into_iter().chain(parts);
         let context = |(pieces, kind): (&'a Option<Pieces>, Kind<'a>)| {
             pieces.as_ref().map(|pieces| piece::Context {

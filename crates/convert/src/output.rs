@@ -221,8 +221,7 @@ impl<'a> Output<'a> {
         manifest.vertices += shared.map_err(ConvertError::Scratch)?
             + self.pieces.iter().map(|piece| piece.own_vertices).sum::<u64>();
         manifest.shown = forest.shown;
-        let bounds = forest.scene_with_instances().bounds();
-        (manifest.bounds_min, manifest.bounds_max) = (bounds.min.to_array(), bounds.max.to_array());
+        (manifest.bounds_min, manifest.bounds_max) = (top.bounds.min.to_array(), top.bounds.max.to_array());
         let open = |proxy: &PackedProxy| Ok((proxy.kind, File::open(&proxy.path)?));
         let files: io::Result<Vec<_>> = proxies.iter().map(open).collect();
         let mut files = files.map_err(ConvertError::Scratch)?;

@@ -212,7 +212,7 @@ fn by_surface_area(cells: &[LeafCell]) -> (Bvh, Vec<u32>) {
         Some(built.tree)
     });
     let tree = match (trees.next(), trees.next()) {
-        (Some(a), Some(b)) => Bvh::Inner { bounds: a.bounds().union(b.bounds()), children: Box::new([a, b]) },
+        (Some(a), Some(b)) => Bvh::join(a, b),
         (a, b) => a.or(b).expect("there are cells"),
     };
     drop(trees);
@@ -258,8 +258,8 @@ fn quantiles(
     };
     let count = members.iter().copied().take_while(is_first).count().clamp(1, members.len() - 1);
     let (first, second) = members.split_at_mut(count);
-    let children = [first, second].map(|members| quantiles(cells, part, most, members, leaf));
-    Bvh::Inner { bounds: children[0].bounds().union(children[1].bounds()), children: Box::new(children) }
+    let [a, b] = [first, second].map(|members| quantiles(cells, part, most, members, leaf));
+    Bvh::join(a, b)
 }
 
 #[cfg(test)]

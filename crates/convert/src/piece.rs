@@ -44,16 +44,6 @@ pub(crate) enum Kind<'a> {
     },
 }
 
-impl Kind<'_> {
-    /// The same for pieces of which there is no proxy.
-    pub fn without_simplification(self) -> Self {
-        match self {
-            Kind::Triangles { shines, .. } => Kind::Triangles { shines, first_level: None },
-            Kind::Strands { radii, .. } => Kind::Strands { radii, thinning: None },
-        }
-    }
-}
-
 /// A piece that can be written.
 pub(crate) struct BuiltPiece {
     pub assembled: Assembled,

@@ -11,6 +11,8 @@ pub(crate) struct Top {
     pub nodes: Vec<TopNode>,
     pub entries: Vec<TopEntry>,
     pub instances: Vec<Instance>,
+    /// Box around all that is shown.
+    pub bounds: Aabb,
     /// Most levels of nodes from the root to a strip.
     pub depth: u32,
 }
@@ -39,10 +41,12 @@ impl Top {
         if forest.instances().len() as u64 > MAX_INSTANCES {
             return too_large("more instances than 29 bits can number; split the scene".into());
         }
+        let scene = forest.scene_with_instances();
         let mut top = Top {
             nodes: Vec::new(),
             entries: entries.iter().map(|e| e.entry).collect(),
             instances: forest.instances().to_vec(),
+            bounds: scene.bounds(),
             depth: 0,
         };
         let mut first = forest.scene.as_ref().map_or(0, |tree| tree.items().end);
@@ -51,7 +55,7 @@ impl Top {
             Some(instance) => (TopNode::INSTANCE | instance as u32, 0),
             None => (TopNode::ENTRY | number as u32, entries[number].depth),
         };
-        top.add(&forest.scene_with_instances(), 1, &leaf, &mut levels);
+        top.add(&scene, 1, &leaf, &mut levels);
         let mut in_parts = 0;
         let mut roots = Vec::with_capacity(forest.parts.len());
         for part in &forest.parts {

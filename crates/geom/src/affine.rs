@@ -1,7 +1,7 @@
 //! Affine transformations between the coordinates of a part of a scene and those of the scene.
 
 use crate::Aabb;
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// How much more than errors of coordinates before the transformation those after it may matter, both against the size of
 /// what is transformed: |M| |M⁻¹| with the greatest sum of absolute values of a row for |M|. 1 to 3 where `matrix` turns
@@ -20,11 +20,23 @@ pub fn norm(matrix: DMat3) -> f64 {
     [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.abs().element_sum()).into_iter().fold(0.0, f64::max)
 }
 
+/// True if the front of what is transformed becomes its back, unless corners are taken the other way round.
+pub fn is_mirrored(matrix: DMat3) -> bool {
+    matrix.determinant() < 0.0
+}
+
+/// Corners of a triangle where the transformation brings them, wound so that its front stays its front: if it mirrors, the second
+/// and the third change places.
+pub fn transformed_triangle(corners: [Vec3; 3], transformation: &DAffine3) -> [Vec3; 3] {
+    let [a, b, c] = corners.map(|p| transformation.transform_point3(p.as_dvec3()).as_vec3());
+    if is_mirrored(transformation.matrix3) { [a, c, b] } else { [a, b, c] }
+}
+
 /// Turns normals as `matrix` turns surfaces, to the same side if it mirrors; their lengths are of no meaning afterwards.
 pub fn normal_matrix(matrix: DMat3) -> DMat3 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = matrix;
     // The cofactors are the inverse transpose but for a factor, and exist for flat transformations too.
-    let sign = if matrix.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let sign = if is_mirrored(matrix) { -1.0 } else { 1.0 };
     DMat3::from_cols(y.cross(z) * sign, z.cross(x) * sign, x.cross(y) * sign)
 }
 
@@ -51,7 +63,7 @@ pub fn transformed_bounds(bounds: &Aabb, transformation: &DAffine3) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DQuat, Vec3};
+    use glam::DQuat;
 
     #[test]
     fn conditions_are_those_of_scales() {

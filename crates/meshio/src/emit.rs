@@ -10,7 +10,7 @@ use crate::{
     Result, TriangleBatch, TriangleSink,
 };
 use glam::{DAffine3, DMat3, DVec3};
-use raystrips_geom::affine::normal_matrix;
+use raystrips_geom::affine::{is_mirrored, normal_matrix};
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
 use raystrips_geom::texture::Texture;
 use raystrips_geom::{Attributes, Streams};
@@ -150,7 +150,7 @@ impl<'a> Emitter<'a> {
         let matrix = world_from_local.matrix3;
         let determinant = matrix.determinant();
         self.world_from_local = world_from_local;
-        self.mirrored = determinant < 0.0;
+        self.mirrored = is_mirrored(matrix);
         self.normals_from_local = normal_matrix(matrix);
         self.strands.scale = determinant.abs().cbrt();
         Ok(())

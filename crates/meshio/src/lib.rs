@@ -44,6 +44,7 @@ pub use survey::{Survey, survey};
 use glam::DAffine3;
 use raystrips_geom::Streams;
 use raystrips_geom::scene::SceneDesc;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
 
@@ -158,7 +159,7 @@ pub struct Import {
 }
 
 /// A part of the scene at a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instance {
     /// That of [`TriangleBatch::part`], not 0.
     pub part: u32,

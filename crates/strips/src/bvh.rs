@@ -49,6 +49,11 @@ impl Bvh {
         }
     }
 
+    /// Both below one node; items stay as they are.
+    pub fn join(a: Bvh, b: Bvh) -> Bvh {
+        Bvh::Inner { bounds: a.bounds().union(b.bounds()), children: Box::new([a, b]) }
+    }
+
     /// The same hierarchy with others in place of the leaves, visited from first to last. Their items are numbered
     /// from 0 and become those after the items of the leaf before.
     pub fn graft(self, f: &mut impl FnMut(Aabb, Range<usize>) -> Bvh) -> Bvh {

@@ -3,7 +3,7 @@
 use crate::prepared::PreparedRay;
 use crate::scene::ResolvedHit;
 use glam::{DMat3, Vec3};
-use raystrips_geom::affine::normal_matrix;
+use raystrips_geom::affine::{is_mirrored, normal_matrix, transformed_triangle};
 use raystrips_geom::{Attributes, Ray, Shape};
 use raystrips_pack::Instance;
 
@@ -29,28 +29,22 @@ pub(crate) fn local_ray(instance: &Instance, ray: &PreparedRay) -> Option<Ray> {
 pub fn placed(instance: &Instance, found: &ResolvedHit) -> ResolvedHit {
     let Shape::Triangle(corners) = found.shape else { return *found };
     let world_from_local = instance.world_from_local();
-    let [a, b, c] = corners.map(|p| world_from_local.transform_point3(p.as_dvec3()).as_vec3());
     let reach = corners.iter().fold(Vec3::ZERO, |reach, corner| reach.max(corner.abs())).as_dvec3();
     let rounding = absolute(world_from_local.matrix3) * reach * ROUNDING;
-    let placed = ResolvedHit { error: rounding.max_element() as f32, ..*found };
-    match is_mirrored(instance) {
-        true => ResolvedHit { shape: Shape::Triangle([a, c, b]), u: found.v, v: found.u, ..placed },
-        false => ResolvedHit { shape: Shape::Triangle([a, b, c]), ..placed },
-    }
+    let (u, v) = if is_mirrored(world_from_local.matrix3) { (found.v, found.u) } else { (found.u, found.v) };
+    let shape = Shape::Triangle(transformed_triangle(corners, &world_from_local));
+    ResolvedHit { shape, u, v, error: rounding.max_element() as f32, ..*found }
 }
 
 /// The attributes of the corners of what [`placed`] gives.
 pub fn placed_attributes(instance: &Instance, corners: [Attributes; 3]) -> [Attributes; 3] {
-    let normals = normal_matrix(instance.world_from_local().matrix3);
+    let matrix = instance.world_from_local().matrix3;
+    let normals = normal_matrix(matrix);
     let [a, b, c] = corners.map(|corner| {
         let normal = (normals * corner.normal.as_dvec3()).normalize_or_zero().as_vec3();
         Attributes { normal, ..corner }
     });
-    if is_mirrored(instance) { [a, c, b] } else { [a, b, c] }
-}
-
-fn is_mirrored(instance: &Instance) -> bool {
-    instance.world_from_local().matrix3.determinant() < 0.0
+    if is_mirrored(matrix) { [a, c, b] } else { [a, b, c] }
 }
 
 fn absolute(matrix: DMat3) -> DMat3 {

@@ -1,14 +1,15 @@
 //! `cargo xtask table instances [MODEL [COUNT]]`: what it takes to show one model many times, in bytes and in rays a second.
 
+use super::proxy::mesh_file::Mesh;
 use crate::clock::{Times, thread_time};
 use crate::rays::ray_sets;
 use crate::sample_mesh;
 use crate::scene::random::Random;
 use anyhow::{Context, Result};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
 use raystrips_convert::{ConvertParams, Unobserved, convert};
 use raystrips_geom::{Aabb, Hit, Ray};
-use raystrips_meshio::{ImportOptions, TriangleBatch, TriangleSink, import};
+use raystrips_meshio::ImportOptions;
 use raystrips_tracer::{Scene, Tracer};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -29,8 +30,11 @@ const ROUNDS: usize = 5;
 pub fn print(arguments: &[String]) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let mesh = match arguments.first() {
-        Some(path) => Soup::read(Path::new(path))?,
-        None => Soup::generated(),
+        Some(path) => Mesh::read(Path::new(path))?,
+        None => {
+            let (positions, triangles) = sample_mesh::ring(SIDES);
+            Mesh { positions, triangles, ..Mesh::default() }
+        }
     };
     let count = arguments.get(1).map_or(Ok(COUNT), |text| text.parse()).context("COUNT is no number")?;
     let mut rows = Vec::new();
@@ -40,7 +44,7 @@ pub fn print(arguments: &[String]) -> Result<()> {
         (format!("{FEW} instances"), FEW, true),
         (format!("{count} instances"), count, true),
     ] {
-        let input = mesh.write(folder.path(), count)?;
+        let input = write(&mesh, folder.path(), &places(&mesh, count))?;
         rows.push(Row::new(name, &input, &folder.path().join("a.rsp"), instances)?);
     }
     let around_each: Vec<Option<Row>> = rows.iter().map(|row| row.around_each(&rows[0])).collect();
@@ -134,82 +138,48 @@ impl Row {
     }
 }
 
-/// A model as one list of vertices for each batch.
-#[derive(Default)]
-struct Soup {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
+/// Where the mesh is shown `count` times, turned by chance, in a cube of cells of its size.
+fn places(mesh: &Mesh, count: usize) -> Vec<DAffine3> {
+    if count == 1 {
+        return vec![DAffine3::IDENTITY];
+    }
+    let bounds = Aabb::of_points(mesh.positions.iter().copied());
+    let (size, center) = (f64::from(bounds.diagonal()), bounds.center().as_dvec3());
+    let side = (1..).find(|side| side * side * side >= count).expect("some cube is large enough");
+    let mut random = Random::new(&[1]);
+    let mut place = |i: usize| {
+        let mut unit = || random.unit();
+        let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::Y);
+        let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * unit());
+        let cell = DVec3::new((i % side) as f64, (i / side % side) as f64, (i / side / side) as f64);
+        DAffine3::from_rotation_translation(turn, cell * size - turn * center)
+    };
+    (0..count).map(&mut place).collect()
 }
 
-impl Soup {
-    fn read(path: &Path) -> Result<Soup> {
-        let mut soup = Soup::default();
-        import(&[path.to_owned()], &ImportOptions::default(), &mut soup)?;
-        Ok(soup)
-    }
-
-    fn generated() -> Soup {
-        let vertex = |i: usize, j: usize| ((i % SIDES[0]) * SIDES[1] + j % SIDES[1]) as u32;
-        let places = || (0..SIDES[0]).flat_map(|i| (0..SIDES[1]).map(move |j| (i, j)));
-        let triangles = places().flat_map(|(i, j)| {
-            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
-            [[a, b, c], [a, c, d]]
-        });
-        Soup {
-            positions: places().map(|(i, j)| sample_mesh::point(i, j, SIDES)).collect(),
-            triangles: triangles.collect(),
-        }
-    }
-
-    /// A glTF file in `folder` that shows the mesh `count` times, turned by chance, in a cube of cells of its size.
-    fn write(&self, folder: &Path, count: usize) -> Result<PathBuf> {
-        let bounds = Aabb::of_points(self.positions.iter().copied());
-        let size = f64::from(bounds.diagonal());
-        let center = bounds.center().as_dvec3();
-        let side = (1..).find(|side| side * side * side >= count).expect("some cube is large enough");
-        let mut random = Random::new(&[1]);
-        let mut node = |i: usize| {
-            let mut unit = || random.unit();
-            let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::Y);
-            let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * unit());
-            let cell = DVec3::new((i % side) as f64, (i / side % side) as f64, (i / side / side) as f64);
-            let place = match count {
-                1 => DAffine3::IDENTITY,
-                _ => DAffine3::from_rotation_translation(turn, cell * size - turn * center),
-            };
-            json!({"mesh": 0, "matrix": glam::DMat4::from(place).to_cols_array()})
-        };
-        let nodes: Vec<_> = (0..count).map(&mut node).collect();
-        let numbers = self.positions.iter().flat_map(|p| p.to_array());
-        let mut bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
-        let indices_at = bytes.len();
-        bytes.extend(self.triangles.as_flattened().iter().flat_map(|index| index.to_le_bytes()));
-        std::fs::write(folder.join("mesh.bin"), &bytes)?;
-        let view = |from: usize, to: usize| json!({"buffer": 0, "byteOffset": from, "byteLength": to - from});
-        let accessor = |view: u32, kind: &str, component: u32, count: usize| json!({"bufferView": view, "type": kind, "componentType": component, "count": count});
-        let document = json!({
-            "asset": {"version": "2.0"},
-            "scenes": [{"nodes": (0..count).collect::<Vec<_>>()}],
-            "nodes": nodes,
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-            "buffers": [{"uri": "mesh.bin", "byteLength": bytes.len()}],
-            "bufferViews": [view(0, indices_at), view(indices_at, bytes.len())],
-            "accessors": [
-                accessor(0, "VEC3", 5126, self.positions.len()),
-                accessor(1, "SCALAR", 5125, 3 * self.triangles.len()),
-            ],
-        });
-        let path = folder.join("instances.gltf");
-        std::fs::write(&path, document.to_string())?;
-        Ok(path)
-    }
-}
-
-impl TriangleSink for Soup {
-    fn batch(&mut self, batch: TriangleBatch) -> std::io::Result<()> {
-        let first = self.positions.len() as u32;
-        self.positions.extend(batch.positions.iter().map(|&p| DVec3::from_array(p).as_vec3()));
-        self.triangles.extend(batch.triangles.iter().map(|triangle| triangle.map(|v| first + v)));
-        Ok(())
-    }
+/// A glTF file in `folder` that shows the mesh at these places.
+fn write(mesh: &Mesh, folder: &Path, places: &[DAffine3]) -> Result<PathBuf> {
+    let numbers = mesh.positions.iter().flat_map(|p| p.to_array());
+    let mut bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
+    let indices_at = bytes.len();
+    bytes.extend(mesh.triangles.as_flattened().iter().flat_map(|index| index.to_le_bytes()));
+    std::fs::write(folder.join("mesh.bin"), &bytes)?;
+    let node = |place: &DAffine3| json!({"mesh": 0, "matrix": DMat4::from(*place).to_cols_array()});
+    let view = |from: usize, to: usize| json!({"buffer": 0, "byteOffset": from, "byteLength": to - from});
+    let (vertices, corners) = (mesh.positions.len(), 3 * mesh.triangles.len());
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": (0..places.len()).collect::<Vec<_>>()}],
+        "nodes": places.iter().map(node).collect::<Vec<_>>(),
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [{"uri": "mesh.bin", "byteLength": bytes.len()}],
+        "bufferViews": [view(0, indices_at), view(indices_at, bytes.len())],
+        "accessors": [
+            {"bufferView": 0, "type": "VEC3", "componentType": 5126, "count": vertices},
+            {"bufferView": 1, "type": "SCALAR", "componentType": 5125, "count": corners},
+        ],
+    });
+    let path = folder.join("instances.gltf");
+    std::fs::write(&path, document.to_string())?;
+    Ok(path)
 }

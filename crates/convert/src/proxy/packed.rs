@@ -209,9 +209,9 @@ impl Conversion<'_> {
         });
         let path = files.path("proxy");
         let mut output = Output::open(&path, files, self.proxy_manifest(imported), Vec::new())?;
-        let kinds =
-            [Kind::Triangles { shines: &[], first_level: None }, Kind::Strands { radii, thinning: None }];
-        let contexts = self.contexts(&gathered, kinds, 0);
+        let triangles = Kind::Triangles { shines: &[], first_level: None };
+        let strands = Kind::Strands { radii, thinning: None };
+        let contexts = self.contexts(&gathered, [triangles, strands, triangles], 0);
         self.build(&gathered, &mut output, &contexts, &quiet, &mut |_| Ok(()))?;
         let forest = Forest::of(&gathered, Vec::new());
         let (manifest, bytes) = output.finish(forest, self.plan.sort_memory(), &[], &[], None)?;

@@ -4,7 +4,7 @@
 
 mod hits;
 pub mod kernels;
-mod mesh_file;
+pub mod mesh_file;
 
 use crate::compare::programs;
 use crate::flags::Flags;
