@@ -16,7 +16,7 @@ use std::path::Path;
 const BUDGETS: [u64; 3] = [100, 25, 6];
 
 fn params_of(integrator: Integrator, threads: usize) -> RenderParams {
-    let photons = PhotonParams { count: 4000, nearest: 20, passes: 2 };
+    let photons = PhotonParams { count: 4000, nearest: 20, passes: 2, gather_rays: 3 };
     RenderParams { integrator, photons, width: 48, height: 32, spp: 4, threads, ..RenderParams::default() }
 }
 

@@ -50,7 +50,7 @@ pub use image::{ImageError, ImageOptions, ToneCurve, write_image};
 pub use ordered::{ORDERED_THREAD_BYTES, OrderParams, render_ordered};
 pub use paged::PagedWorld;
 pub use params::{Integrator, MAX_EXTENT, MAX_SPP, RenderError, RenderParams};
-pub use photon::PhotonParams;
+pub use photon::{MAX_GATHER_RAYS, PhotonParams};
 pub use queued::{QUEUED_PAGE_BYTES, QUEUED_THREAD_BYTES, QueueParams, Schedule, render_queued};
 pub use raystrips_reorder::{Curve, Ordering};
 pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, Watch, render, render_tiles};

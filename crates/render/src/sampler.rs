@@ -30,6 +30,12 @@ impl PathSampler {
         PathSampler { key: mix(mix(seed) ^ pixel), sample_index }
     }
 
+    /// Branch number `branch` of so many into which the path divides: they are as well distributed as so many times the
+    /// samples.
+    pub fn branch(&self, branch: u32, count: u32) -> PathSampler {
+        PathSampler { sample_index: self.sample_index * count + branch, ..*self }
+    }
+
     /// Which sample of its pixel the path is.
     pub fn sample_index(&self) -> u32 {
         self.sample_index

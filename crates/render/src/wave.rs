@@ -23,7 +23,8 @@ use std::{mem, ops::Range, time::Instant};
 /// Pixels along a side of a tile.
 pub(crate) const TILE_EXTENT: u32 = 32;
 
-/// Paths in flight a thread: many enough to amortize a batch, few enough that their 4 MB stay in its cache.
+/// Paths in flight a thread, with their branches: many enough to amortize a batch, few enough that their 4 MB stay in its
+/// cache.
 const WAVE_PATHS: u64 = 1 << 14;
 
 /// A rectangle of the picture.
@@ -142,6 +143,7 @@ pub(crate) struct PendingLight {
 pub(crate) struct ShadeOutput<'a> {
     pub deposits: &'a mut Deposits,
     pub shadow: &'a mut dyn FnMut(Ray, PendingLight),
+    pub branch: &'a mut dyn FnMut(Ray, &Path),
 }
 
 impl ShadeOutput<'_> {
@@ -155,6 +157,11 @@ impl ShadeOutput<'_> {
         if contribution != Vec3::ZERO {
             (self.shadow)(ray, PendingLight { pixel: path.pixel, contribution });
         }
+    }
+
+    /// Lets a path go on with `ray` beside the one that is shaded.
+    pub fn branch(&mut self, ray: Ray, path: &Path) {
+        (self.branch)(ray, path);
     }
 
     /// Records the first surface of the path.
@@ -183,6 +190,8 @@ pub(crate) struct Wave {
     /// In which order hits are shaded.
     order: Vec<u32>,
     shadow: RayQueue<PendingLight>,
+    /// Rays of paths that have no number yet.
+    branches: Vec<(Ray, Path)>,
     occluded: Vec<bool>,
     deposits: Deposits,
     stats: RenderStats,
@@ -198,8 +207,9 @@ impl Wave {
         let mut film = Film::new(tile.width, tile.height, context.params.aovs);
         self.stats = RenderStats::default();
         let sample_count = u64::from(tile.width * tile.height) * u64::from(context.params.spp);
-        for start in (0..sample_count).step_by(WAVE_PATHS as usize) {
-            self.generate(context, tile, start..sample_count.min(start + WAVE_PATHS), &mut film);
+        let begun = WAVE_PATHS.div_ceil(context.shader.most_branches() as u64);
+        for start in (0..sample_count).step_by(begun as usize) {
+            self.generate(context, tile, start..sample_count.min(start + begun), &mut film);
             let mut are_camera_rays = true;
             while !self.current.rays.is_empty() {
                 self.intersect(context, are_camera_rays)?;
@@ -251,7 +261,8 @@ impl Wave {
         self.next.clear();
         self.shadow.clear();
         let mut push = |ray, pending| self.shadow.push(ray, pending);
-        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut push };
+        let mut branch = |ray, path: &Path| self.branches.push((ray, *path));
+        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut push, branch: &mut branch };
         self.order.clear();
         self.order.extend(0..self.hits.len() as u32);
         if context.shader.looks_around() {
@@ -271,11 +282,15 @@ impl Wave {
         }
         self.deposits.flush(film);
         self.stats.shadow += self.shadow.rays.len() as u64;
+        self.branches.iter().for_each(|(_, path)| self.stats.count(path));
         if context.materials.are_see_through() {
-            for (ray, light) in self.shadow.rays.drain(..).zip(self.shadow.errands.drain(..)) {
-                self.next.push(ray, self.paths.len() as u32);
-                self.paths.push(shadow::path(light));
-            }
+            let RayQueue { rays, errands } = &mut self.shadow;
+            let lights = errands.drain(..).map(shadow::path);
+            self.branches.extend(rays.drain(..).zip(lights));
+        }
+        for (ray, path) in self.branches.drain(..) {
+            self.next.push(ray, self.paths.len() as u32);
+            self.paths.push(path);
         }
         self.stats.seconds.shade += start.elapsed().as_secs_f64();
         Ok(())

@@ -3,7 +3,7 @@
 use crate::units::{parse_count, parse_size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use raystrips_convert::{ConvertParams, ImportOptions, Layout, PackProxies, Positions};
-use raystrips_render::ToneCurve;
+use raystrips_render::{MAX_GATHER_RAYS, ToneCurve};
 use std::path::PathBuf;
 
 /// Ray traces triangle meshes far larger than memory, at full detail.
@@ -375,6 +375,11 @@ pub struct RenderArgs {
     /// Photons of an estimate: more make it smoother.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub photons_nearest: u32,
+
+    /// Rays that gather light at each surface seen. Samples have one each already; more are for smoother pictures with
+    /// few samples.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_GATHER_RAYS)))]
+    pub gather_rays: u32,
 
     /// Light from all around instead of the sky of the scene: a picture of all directions (.hdr or .exr, twice as wide as
     /// high), whose middle is towards -z and whose upper border is +y. Lamps of the scene stay.

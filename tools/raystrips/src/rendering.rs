@@ -220,7 +220,9 @@ fn hit_points(
 }
 
 fn photons(args: &RenderArgs) -> PhotonParams {
-    PhotonParams { count: args.photons, nearest: args.photons_nearest, passes: args.photon_passes }
+    let &RenderArgs { photons: count, photons_nearest: nearest, photon_passes: passes, gather_rays, .. } =
+        args;
+    PhotonParams { count, nearest, passes, gather_rays }
 }
 
 /// PNG has no room for albedo and normal.

@@ -51,7 +51,7 @@ fn compare(name: &'static str, scene: &Path, asked: f64, folder: &Path) -> Resul
     convert(&[scene.to_owned()], &pack, &ConvertParams::default(), &Unobserved)?;
     let world = TracedWorld::new(Scene::open(&pack)?);
     let mean = |integrator, spp| -> Result<f64> {
-        let photons = PhotonParams { count: 1_000_000, nearest: 100, passes: 8 };
+        let photons = PhotonParams { count: 1_000_000, nearest: 100, passes: 8, gather_rays: 1 };
         let params = RenderParams {
             integrator,
             photons,

@@ -54,8 +54,13 @@ pub(crate) trait Shader: Sync {
         false
     }
 
+    /// Rays with which a path goes on from a surface, at most.
+    fn most_branches(&self) -> usize {
+        1
+    }
+
     /// Shades what `ray` of a path found (`None`: nothing): adds light to the film, asks for shadow rays, and
-    /// returns the ray with which the path goes on.
+    /// returns the ray with which the path goes on. Where it goes on with several, each is a [branch](ShadeOutput::branch).
     fn shade(
         &self,
         path: &mut Path,

@@ -10,19 +10,19 @@ use crate::{
     shadow,
     starts::CameraPacket,
     waiting_path::WaitingPath,
-    wave::{PendingLight, ShadeOutput},
+    wave::{Path, PendingLight, ShadeOutput},
     world::Surface,
 };
 use bytemuck::Zeroable;
 use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::SortedRays;
-use raystrips_tracer::OpenError;
+use raystrips_tracer::{OpenError, PACKET};
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Rays that a thread takes at a time.
+/// Rays that a thread takes at a time, with those that they become.
 const BATCH_RAYS: usize = 4096;
 /// Deposits that a worker gathers before it asks for the film.
 const MOST_DEPOSITS: usize = 1 << 14;
@@ -72,17 +72,19 @@ impl<'a> Worker<'a> {
         if job.is_stopped.load(Ordering::Relaxed) {
             return Ok(());
         }
-        let begin = Instant::now();
-        self.rays.clear();
-        self.paths.clear();
-        for packet in job.starts.packets(batch) {
-            self.generate(packet);
+        let packets: Vec<CameraPacket> = job.starts.packets(batch).collect();
+        for packets in packets.chunks(BATCH_RAYS.div_ceil(PACKET * job.shader.most_branches())) {
+            let begin = Instant::now();
+            self.rays.clear();
+            self.paths.clear();
+            packets.iter().for_each(|&packet| self.generate(packet));
+            self.stats.primary += self.rays.len() as u64;
+            self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+            self.find_hits(true)?;
+            self.shade()?;
+            self.hand_on()?;
         }
-        self.stats.primary += self.rays.len() as u64;
-        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
-        self.find_hits(true)?;
-        self.shade()?;
-        self.hand_on()
+        Ok(())
     }
 
     fn generate(&mut self, packet: CameraPacket) {
@@ -103,7 +105,8 @@ impl<'a> Worker<'a> {
             let begin = Instant::now();
             self.batch.clear();
             let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
-            rays.next(BATCH_RAYS, &mut self.batch).map_err(|e| job.scratch_error(e))?;
+            rays.next(BATCH_RAYS.div_ceil(job.shader.most_branches()), &mut self.batch)
+                .map_err(|e| job.scratch_error(e))?;
             drop(rays);
             if self.batch.is_empty() {
                 return Ok(());
@@ -180,15 +183,18 @@ impl<'a> Worker<'a> {
             };
             next.borrow_mut().push(waiting);
         };
-        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow };
+        let go_on = |ray, path: &Path| {
+            next.borrow_mut().push(Waiting { ray, path: WaitingPath::new(path), is_shadow: 0 })
+        };
+        let mut branch = go_on;
+        let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow, branch: &mut branch };
         for ((ray, path), (hit, surface)) in answers {
             let mut path = path.path(width, seed);
             let hit = Seen { world, materials, ray, path: &path }.surface(hit, surface)?;
             path.widen(hit.as_ref());
             let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
             if let Some(ray) = goes_on {
-                let path = WaitingPath::new(&path);
-                next.borrow_mut().push(Waiting { ray, path, is_shadow: 0 });
+                go_on(ray, &path);
             }
         }
         self.stats.seconds.shade += begin.elapsed().as_secs_f64();
@@ -240,7 +246,8 @@ impl<'a> Worker<'a> {
             } else if !can_hit {
                 let mut path = waiting.path.path(width, seed);
                 let mut shadow = |_, _| unreachable!("nothing was hit");
-                let mut out = ShadeOutput { deposits, shadow: &mut shadow };
+                let mut branch = |_, _: &Path| unreachable!("nothing was hit");
+                let mut out = ShadeOutput { deposits, shadow: &mut shadow, branch: &mut branch };
                 _ = follow(job.shader, &mut path, &waiting.ray, None, &mut out);
             }
             can_hit

@@ -17,6 +17,8 @@ pub(super) struct Gather<'a> {
     maps: PhotonMaps,
     nearest: u32,
     most_radius: f32,
+    /// Rays sent out from each surface seen.
+    rays: u32,
     direct: DirectLight<'a>,
     /// Some lamps have a texture, and so send out no photons.
     has_textured_lamps: bool,
@@ -28,6 +30,8 @@ pub(super) struct Gather<'a> {
 enum Errand {
     /// It shows what the camera sees, by mirrors and through glass too.
     Show,
+    /// The same, as one of several branches: it has no more.
+    ShowAsBranch,
     /// It left a diffuse surface to gather light there.
     Gather,
     /// The same, when it has met mirrors or glass.
@@ -37,12 +41,14 @@ enum Errand {
 }
 
 impl Errand {
+    const AS_BRANCH: f32 = -1.0;
     const BY_MIRRORS: f32 = 0.0;
     const TEXTURED_LAMPS: f32 = f32::INFINITY;
 
     fn of(path: &Path) -> Errand {
         match path.scatter_pdf {
             None => Errand::Show,
+            Some(Errand::AS_BRANCH) => Errand::ShowAsBranch,
             Some(Errand::BY_MIRRORS) => Errand::GatherByMirrors,
             Some(Errand::TEXTURED_LAMPS) => Errand::FindTexturedLamps,
             Some(_) => Errand::Gather,
@@ -53,10 +59,15 @@ impl Errand {
     fn density(self, pdf: Option<f32>) -> Option<f32> {
         match self {
             Errand::Show => None,
+            Errand::ShowAsBranch => Some(Errand::AS_BRANCH),
             Errand::Gather => pdf.map(|pdf| pdf.clamp(f32::MIN_POSITIVE, f32::MAX)),
             Errand::GatherByMirrors => Some(Errand::BY_MIRRORS),
             Errand::FindTexturedLamps => Some(Errand::TEXTURED_LAMPS),
         }
+    }
+
+    fn shows(self) -> bool {
+        matches!(self, Errand::Show | Errand::ShowAsBranch)
     }
 }
 
@@ -70,11 +81,12 @@ impl<'a> Gather<'a> {
     pub fn new(
         maps: PhotonMaps,
         (nearest, most_radius): (u32, f32),
+        rays: u32,
         direct: DirectLight<'a>,
         has_textured_lamps: bool,
         max_bounces: u32,
     ) -> Gather<'a> {
-        Gather { maps, nearest, most_radius, direct, has_textured_lamps, max_bounces }
+        Gather { maps, nearest, most_radius, rays, direct, has_textured_lamps, max_bounces }
     }
 
     pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
@@ -107,7 +119,7 @@ impl<'a> Gather<'a> {
     ) -> Option<Ray> {
         let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
         let errand = Errand::of(path);
-        let is_seen = errand == Errand::Show;
+        let is_seen = errand.shows();
         if is_seen && path.bounces == 0 {
             out.add_first_hit(path, hit);
         }
@@ -125,7 +137,26 @@ impl<'a> Gather<'a> {
             self.direct.add_lamps(path, hit, &bsdf, out);
             self.direct.add_sky(path, hit, &bsdf, out);
         }
+        if errand == Errand::Show && bsdf.is_diffuse() && self.rays > 1 {
+            self.branch(path, hit, &bsdf, out);
+            return None;
+        }
         self.scatter(path, hit, &bsdf)
+    }
+
+    /// Divides a path.
+    fn branch(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
+        for number in 0..self.rays {
+            let mut branch = Path {
+                sampler: path.sampler.branch(number, self.rays),
+                throughput: path.throughput / self.rays as f32,
+                scatter_pdf: Errand::ShowAsBranch.density(None),
+                ..*path
+            };
+            if let Some(ray) = self.scatter(&mut branch, hit, bsdf) {
+                out.branch(ray, &branch);
+            }
+        }
     }
 
     /// The ray with which a path goes on, unless photons told of all that it would find.
@@ -136,6 +167,7 @@ impl<'a> Gather<'a> {
         }
         let errand = self.next_errand(Errand::of(path), bsdf.is_diffuse() && scattered.pdf.is_some())?;
         path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
+        path.segment += 1;
         path.bounces += 1;
         path.straight = 0.0;
         path.spread = path.spread.max(bsdf.spread());
@@ -146,8 +178,8 @@ impl<'a> Gather<'a> {
     /// What a path is out for after a surface that scattered it diffusely or as a mirror does.
     fn next_errand(&self, errand: Errand, is_diffuse: bool) -> Option<Errand> {
         match errand {
-            Errand::Show if is_diffuse => Some(Errand::Gather),
-            Errand::Show | Errand::FindTexturedLamps => Some(errand),
+            Errand::Show | Errand::ShowAsBranch if is_diffuse => Some(Errand::Gather),
+            Errand::Show | Errand::ShowAsBranch | Errand::FindTexturedLamps => Some(errand),
             Errand::Gather | Errand::GatherByMirrors if is_diffuse => {
                 self.has_textured_lamps.then_some(Errand::FindTexturedLamps)
             }
@@ -165,6 +197,10 @@ impl Shader for CameraGather<'_> {
         true
     }
 
+    fn most_branches(&self) -> usize {
+        self.gather.rays as usize
+    }
+
     fn shade(
         &self,
         path: &mut Path,
@@ -174,20 +210,21 @@ impl Shader for CameraGather<'_> {
     ) -> Option<Ray> {
         let Some(hit) = hit else {
             // Other light of the sky is that of photons.
-            if matches!(Errand::of(path), Errand::Show | Errand::Gather) {
-                out.add(path, path.throughput * self.gather.direct.sky_found(ray.dir, path.scatter_pdf));
-            }
+            let density = match Errand::of(path) {
+                Errand::Gather => path.scatter_pdf,
+                errand if errand.shows() => None,
+                _ => return None,
+            };
+            out.add(path, path.throughput * self.gather.direct.sky_found(ray.dir, density));
             return None;
         };
         path.throughput *= hit.transmittance();
-        let next = if Pair::Survival.of(path)[0] >= hit.alpha {
-            path.straight += hit.distance;
-            path.passed += 1;
-            (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
-        } else {
-            self.gather.gather(path, ray, hit, out)
-        };
+        if Pair::Survival.of(path)[0] < hit.alpha {
+            return self.gather.gather(path, ray, hit, out);
+        }
         path.segment += 1;
-        next
+        path.straight += hit.distance;
+        path.passed += 1;
+        (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
     }
 }

@@ -1,6 +1,6 @@
 //! Photon mapping (Jensen 1996): photons are sent out from the lights and kept where they land; what lamps send straight to a
 //! surface is found by shadow rays, what comes to it through glass or from mirrors by the caustic photons there, and all
-//! else by final gathering: a ray to another surface, whose light is that of the photons around it.
+//! else by final gathering: one ray or some to other surfaces, whose light is that of the photons around there.
 //!
 //! So each kind of path from a light L by smooth surfaces S, glossy ones G and diffuse ones D to the eye E is found once (in
 //! the notation of Heckbert 1990):
@@ -51,11 +51,16 @@ pub struct PhotonParams {
     pub nearest: u32,
     /// Passes, each with photons of its own; no more than there are samples.
     pub passes: u32,
+    /// Rays that gather light at each diffuse surface seen, 1 to [`MAX_GATHER_RAYS`].
+    pub gather_rays: u32,
 }
+
+/// Most rays that gather light at a surface.
+pub const MAX_GATHER_RAYS: u32 = 256;
 
 impl Default for PhotonParams {
     fn default() -> PhotonParams {
-        PhotonParams { count: 100_000, nearest: 100, passes: 4 }
+        PhotonParams { count: 100_000, nearest: 100, passes: 4, gather_rays: 1 }
     }
 }
 
@@ -166,7 +171,8 @@ fn send_photons<'a>(
     };
     let mut of_scene = lit.world.description().materials.iter();
     let has_textured_lamps = of_scene.any(|material| material.is_emissive() && !material.is_lamp());
-    Ok(Gather::new(maps, estimate, direct, has_textured_lamps, params.max_bounces))
+    let rays = params.photons.gather_rays.clamp(1, MAX_GATHER_RAYS);
+    Ok(Gather::new(maps, estimate, rays, direct, has_textured_lamps, params.max_bounces))
 }
 
 /// Photons have random numbers of their own in every pass.

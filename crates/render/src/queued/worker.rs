@@ -12,7 +12,7 @@ use crate::{
     shadow,
     starts::CameraPacket,
     waiting_path::WaitingPath,
-    wave::{PendingLight, ShadeOutput},
+    wave::{Path, PendingLight, ShadeOutput},
 };
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{Amount, Work};
@@ -283,9 +283,11 @@ impl<'a> Worker<'a> {
             true => shadow_paths.push((ray, WaitingPath::new(&shadow::path(light)))),
             false => next_shadow.push(ray, light),
         };
-        let mut out = ShadeOutput { deposits, shadow: &mut shadow };
+        let mut branches = Vec::new();
+        let mut branch = |ray, path: &Path| branches.push((ray, WaitingPath::new(path)));
+        let mut out = ShadeOutput { deposits, shadow: &mut shadow, branch: &mut branch };
         let RenderParams { width, seed, .. } = *self.job.params;
-        let first = self.answers.len().saturating_sub(MOST_NEXT);
+        let first = self.answers.len().saturating_sub(MOST_NEXT.div_ceil(shader.most_branches()));
         for answer in self.answers.drain(first..) {
             let Answer { path, ray, hit } = &answer;
             let surface = if hit.is_hit() {
@@ -307,7 +309,8 @@ impl<'a> Worker<'a> {
             }
         }
         self.stats.shadow += (self.next_shadow.len() - before + shadow_paths.len()) as u64;
-        shadow_paths.iter().for_each(|(ray, path)| self.next.push(*ray, *path));
+        self.stats.secondary += branches.len() as u64;
+        shadow_paths.iter().chain(&branches).for_each(|(ray, path)| self.next.push(*ray, *path));
         self.stats.seconds.shade += begin.elapsed().as_secs_f64();
         if self.deposits.len() > MOST_DEPOSITS {
             self.flush();

@@ -145,7 +145,7 @@ fn strategies_agree() {
 #[test]
 fn photons_find_the_same_light() {
     let check = |world: &BruteWorld, tolerance: f32| {
-        let photons = PhotonParams { count: 200_000, nearest: 40, passes: 2 };
+        let photons = PhotonParams { count: 200_000, nearest: 40, passes: 2, gather_rays: 1 };
         let of = |integrator| {
             let params =
                 RenderParams { integrator, photons, width: 16, height: 16, ..params(&uneven(), 256, 12) };

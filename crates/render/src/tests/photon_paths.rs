@@ -12,7 +12,7 @@ use raystrips_geom::scene::{Camera, Material, Projection, Sky};
 use std::sync::Arc;
 
 fn params(integrator: Integrator, spp: u32) -> RenderParams {
-    let photons = PhotonParams { count: 150_000, nearest: 60, passes: 2 };
+    let photons = PhotonParams { count: 150_000, nearest: 60, passes: 2, gather_rays: 1 };
     let (width, height, max_bounces) = (16, 16, 12);
     RenderParams { integrator, photons, width, height, spp, max_bounces, ..RenderParams::default() }
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use raystrips_geom::scene::{Camera, Light, LightKind, Material, Projection, Sky};
 
 fn params(integrator: Integrator, spp: u32) -> RenderParams {
-    let photons = PhotonParams { count: 100_000, nearest: 40, passes: 2 };
+    let photons = PhotonParams { count: 100_000, nearest: 40, passes: 2, gather_rays: 1 };
     RenderParams {
         integrator,
         photons,
@@ -34,6 +34,30 @@ fn check(world: &BruteWorld, spp: u32, tolerance: f32) {
 #[test]
 fn both_find_the_same_light_in_a_diffuse_box() {
     check(&cornell_box(), 256, 0.01);
+}
+
+#[test]
+fn several_rays_gather_the_light_that_one_gathers() {
+    let mut world = cornell_box();
+    let coated = Material { specular: 1.0, roughness: 0.0, ..matte([0.5; 3]) };
+    world.add(&box_walls(Vec3::new(0.2, 0.01, 0.2), Vec3::new(0.5, 0.4, 0.5)), coated);
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..matte([0.9; 3]) };
+    world.add(&box_walls(Vec3::new(0.6, 0.01, 0.3), Vec3::new(0.8, 0.6, 0.6)), mirror);
+    let render = |gather_rays, spp| {
+        let params = params(Integrator::Photon, spp);
+        let photons = PhotonParams { gather_rays, ..params.photons };
+        render_quietly(&world, &RenderParams { photons, ..params })
+    };
+    let path = mean(&render_quietly(&world, &params(Integrator::Path, 512)));
+    let (one, several) = (render(1, 64), render(8, 64));
+    let apart = (mean(&several) / path - 1.0).abs().max_element();
+    assert!(apart < 0.012, "path {path}, photons {} and {}", mean(&one), mean(&several));
+    // What is seen sends out eight times as many, and those send out no more.
+    let (one, several) = (one.stats, several.stats);
+    assert_eq!(one.primary, several.primary);
+    let seen = 16 * 16 * 64;
+    assert!((7 * seen / 2..8 * seen).contains(&(several.secondary - one.secondary)), "{one:?} {several:?}");
+    assert!(several.shadow.abs_diff(one.shadow) < seen / 10, "{one:?} {several:?}");
 }
 
 /// A floor under a slab of glass: all light comes through it.
