@@ -70,6 +70,30 @@ fn what_is_shown_often_is_stored_once() {
 }
 
 #[test]
+fn models_that_a_scene_file_shows_often_are_stored_once() {
+    let folder = Folder::new();
+    folder.write("ring.ply", Mesh::ring(64).ply());
+    let camera = "[camera]\nposition = [9.0, 7.0, 11.0]\ntarget = [4.0, 1.0, 0.0]\n";
+    let model = |i: i32| {
+        let place =
+            format!("translate = [{}, {}, 0]\nrotate_degrees = [{}, 0, 0]", 3 * (i % 4), i / 4 * 3, i * 25);
+        format!("[[model]]\nfile = 'ring.ply'\n{place}\n")
+    };
+    folder.write("scene.toml", (0..12).map(model).fold(camera.to_owned(), |text, model| text + &model));
+    let once = folder.run("convert scene.toml -o once.rsp --json").done().json();
+    let often = folder.run("convert scene.toml -o often.rsp --no-instances --json").done().json();
+    assert_eq!((count(&once, "instances"), count(&often, "instances")), (12, 0));
+    assert_eq!(count(&once, "shown"), count(&often, "triangles"));
+    assert_eq!(count(&often, "triangles"), 12 * count(&once, "triangles"));
+    let pictures = ["once", "often"].map(|pack| {
+        folder.run(&format!("render {pack}.rsp -o a.exr --size 64x48 --spp 16 --integrator ao")).done();
+        Exr::read(&folder.path("a.exr")).channels["R"].clone()
+    });
+    let apart = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| (*a - *b).abs() > 0.02).count();
+    assert!(apart < 64 * 48 / 100, "{apart}");
+}
+
+#[test]
 fn the_pack_is_the_same_for_any_memory_and_threads() {
     let folder = Folder::new();
     rings(&folder);

@@ -159,7 +159,14 @@ impl<'a> Emitter<'a> {
     /// Begins a part, whose space until it ends is that of the file. Gives its number.
     pub fn begin_part(&mut self) -> Result<u32> {
         self.flush()?;
-        Ok(self.instances.begin_part())
+        let part = self.instances.begin_part();
+        self.set_transform(DAffine3::IDENTITY)?;
+        Ok(part)
+    }
+
+    /// True between the beginning and the end of a part.
+    pub fn is_in_part(&self) -> bool {
+        self.instances.is_in_part()
     }
 
     /// Ends the part.

@@ -1,9 +1,11 @@
 //! The one way in: what the inputs are, and who reads them.
 
 use crate::emit::Emitter;
+use crate::repeated::RepeatedModels;
 use crate::scene_file::SceneFile;
 use crate::{Import, ImportError, ImportOptions, Place, Result, TriangleSink, gltf, hair, map, obj, ply};
 use glam::DAffine3;
+use std::collections::HashMap;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -19,8 +21,11 @@ use std::path::{Path, PathBuf};
 /// The first thing that keeps an input from being read as it is meant. Batches sent to the sink before are then
 /// worthless. A file without triangles is an error too.
 pub fn import(inputs: &[PathBuf], options: &ImportOptions, sink: &mut dyn TriangleSink) -> Result<Import> {
-    let Inputs { models, formats, mut scene_files } = Inputs::open(inputs)?;
+    let opened = Inputs::open(inputs)?;
+    let repeated = RepeatedModels::of(&opened, options)?;
+    let Inputs { models, formats, mut scene_files } = opened;
     let bytes_total = formats.iter().map(|(_, bytes)| bytes).sum();
+    let mut parts = HashMap::new();
 
     let mut out = Emitter::new(options, sink, bytes_total);
     inputs.iter().for_each(|path| out.note_file(path));
@@ -34,7 +39,17 @@ pub fn import(inputs: &[PathBuf], options: &ImportOptions, sink: &mut dyn Triang
         };
         out.note_file(&model.path);
         out.begin_file(model.world_from_file, material, model.strand_width)?;
-        read_model(&model.path, format, &mut out)?;
+        match repeated.first(i) {
+            None => read_model(&model.path, format, &mut out)?,
+            Some(first) => {
+                if first == i {
+                    parts.insert(first, out.begin_part()?);
+                    read_model(&model.path, format, &mut out)?;
+                    out.end_part()?;
+                }
+                out.instance(parts[&first], DAffine3::IDENTITY);
+            }
+        }
         out.end_file(bytes)?;
         if let Some(scene_file) = scene_file {
             scene_file.apply_to(&mut out.scene.materials[first_material..]);
@@ -52,7 +67,7 @@ pub(crate) struct Inputs {
     /// Of each model, with its size in bytes.
     pub formats: Vec<(Format, u64)>,
     /// With the range of the models that each has brought.
-    scene_files: Vec<(SceneFile, Range<usize>)>,
+    pub scene_files: Vec<(SceneFile, Range<usize>)>,
 }
 
 impl Inputs {

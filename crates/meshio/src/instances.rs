@@ -8,6 +8,16 @@ use raystrips_geom::affine::{bounds_of, condition};
 /// Greatest condition of the matrix of an instance. With more, what is rounded in a part would matter too much.
 const MAX_CONDITION: f64 = 32.0;
 
+/// Triangles of what is stored once: the nodes above smaller ones would take as much as copies.
+const FEWEST_TRIANGLES: u64 = 256;
+/// Triangles that have to be saved by it, some 300 KiB: rays are faster without instances.
+const FEWEST_SAVED: u64 = 1 << 15;
+
+/// True if so many triangles that are shown so often are better stored once.
+pub(crate) fn saves_enough(triangles: u64, times: u64) -> bool {
+    triangles >= FEWEST_TRIANGLES && triangles.saturating_mul(times.saturating_sub(1)) >= FEWEST_SAVED
+}
+
 /// True if a part can be shown this way; what cannot has to be repeated.
 pub(crate) fn can_show(world_from_local: &DAffine3) -> bool {
     world_from_local.translation.is_finite() && condition(world_from_local.matrix3) <= MAX_CONDITION

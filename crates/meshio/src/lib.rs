@@ -24,6 +24,7 @@ mod obj;
 mod ply;
 mod polygon;
 mod reference;
+mod repeated;
 mod resident;
 pub mod scene_file;
 mod scratch;

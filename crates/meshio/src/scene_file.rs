@@ -45,7 +45,8 @@
 //! # matrix = [1, 0, 0, 1,  0, 1, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1]   # instead of the three, row by row
 //! ```
 //!
-//! All sections may be left out but one `[[model]]`. Unknown keys are errors. Scene files do not nest. Whoever
+//! A large model that stands in many places with the same material is read once and shown by instances, if these are wanted and
+//! it brings no cameras or lights. All sections may be left out but one `[[model]]`. Unknown keys are errors. Scene files do not nest. Whoever
 //! writes a scene file may name any model file, unlike model files, which only name files next to them.
 
 use crate::emit::Emitter;

@@ -1,10 +1,11 @@
 //! What an import will bring, told from headers and samples before it begins.
 
 use crate::import::{Format, Inputs};
+use crate::repeated::RepeatedModels;
 use crate::{ImportOptions, Result, gltf, hair, obj, ply};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Sums over all models; a file that is placed twice counts twice.
+/// Sums over all models; a file that is placed twice counts twice, unless it is shown by instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     /// Of model files, not counting the files that those name.
@@ -32,14 +33,16 @@ pub struct Survey {
 pub fn survey(inputs: &[PathBuf], options: &ImportOptions) -> Result<Survey> {
     let inputs = Inputs::open(inputs)?;
     let mut all = Survey { is_exact: true, ..Survey::default() };
-    for (model, (format, bytes)) in inputs.models.iter().zip(inputs.formats) {
-        let found = match format {
-            Format::Obj => obj::survey(&model.path)?,
-            Format::Ply => ply::survey(&model.path)?,
-            Format::Gltf => gltf::survey(&model.path, options)?,
-            Format::Hair => hair::survey(&model.path)?,
-        };
+    let repeated = RepeatedModels::of(&inputs, options)?;
+    for (i, (model, &(format, bytes))) in inputs.models.iter().zip(&inputs.formats).enumerate() {
         all.bytes = all.bytes.saturating_add(bytes);
+        if let Some(first) = repeated.first(i) {
+            all.instances = all.instances.saturating_add(1);
+            if first != i {
+                continue;
+            }
+        }
+        let found = survey_model(&model.path, format, options)?;
         all.triangles = all.triangles.saturating_add(found.triangles);
         all.instances = all.instances.saturating_add(found.instances);
         all.vertices = all.vertices.saturating_add(found.vertices);
@@ -48,4 +51,14 @@ pub fn survey(inputs: &[PathBuf], options: &ImportOptions) -> Result<Survey> {
         all.is_exact &= found.is_exact;
     }
     Ok(all)
+}
+
+/// The same of one model.
+pub(crate) fn survey_model(path: &Path, format: Format, options: &ImportOptions) -> Result<Survey> {
+    match format {
+        Format::Obj => obj::survey(path),
+        Format::Ply => ply::survey(path),
+        Format::Gltf => gltf::survey(path, options),
+        Format::Hair => hair::survey(path),
+    }
 }

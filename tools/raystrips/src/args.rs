@@ -77,7 +77,7 @@ pub struct ConvertOptions {
     #[arg(long, value_name = "SIZE", default_value = "64M", value_parser = parse_size)]
     pub proxy_memory: u64,
 
-    /// Repeat meshes that glTF files show many times, which are stored once otherwise: larger, and somewhat faster to
+    /// Repeat what glTF and scene files show many times, which is stored once otherwise: larger, and somewhat faster to
     /// trace, with proxies.
     #[arg(long)]
     pub no_instances: bool,

@@ -28,7 +28,7 @@ pub fn print(arguments: &[String]) -> Result<()> {
     let mut files = Vec::new();
     flags.rest.iter().try_for_each(|path| gather(Path::new(path), &mut files))?;
     files.sort();
-    println!("| | file | triangles | textures | MiB | what is said |\n|---:|---|---:|---:|---:|---|");
+    println!("| | file | triangles | textures | MiB of pack | what is said |\n|---:|---|---:|---:|---:|---|");
     let mut pictures = Vec::new();
     for file in &files {
         let picture = folder.join(format!("{}.png", pictures.len() + 1));

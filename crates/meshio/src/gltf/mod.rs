@@ -52,7 +52,11 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let textures = Textures { path, document: &document, buffers: &buffers };
     let materials = Materials::new(textures);
     let skins = Skins::new(path, &document, &buffers, &scene.file_from_node);
-    let shared = SharedMeshes::of(path, &document, &buffers, &scene.meshes, out.placement(), out.options)?;
+    // Parts have no parts.
+    let shared = match out.is_in_part() {
+        true => SharedMeshes::none(&document),
+        false => SharedMeshes::of(path, &document, &buffers, &scene.meshes, out.placement(), out.options)?,
+    };
     let width = out.strand_width();
     let mut primitives = Primitives::new(path, &document, &buffers, materials, skins, shared, width);
     let count = scene.meshes.len();
@@ -63,6 +67,13 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     primitives.finish(out);
     buffers.files().for_each(|file| out.note_file(file));
     Ok(format!("its scene has {count} meshes, of which none holds a triangle or a line of known width"))
+}
+
+/// True if the file at `path` has neither cameras nor lights.
+pub(crate) fn shows_only_meshes(path: &Path) -> Result<bool> {
+    let map = Map::open(path)?;
+    let document = Document::parse(path, glb::split(path, &map)?.json)?;
+    Ok(document.nodes.iter().all(|node| node.camera.is_none() && node.extensions.light.is_none()))
 }
 
 fn syntax(path: &Path, at: impl fmt::Display, what: impl fmt::Display) -> ImportError {

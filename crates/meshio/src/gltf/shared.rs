@@ -4,17 +4,12 @@ use super::buffer::Buffers;
 use super::document::Document;
 use super::instances::Instances;
 use super::nodes::MeshNode;
-use crate::instances::can_show;
+use crate::instances::{can_show, saves_enough};
 use crate::{ImportOptions, Result};
 use glam::DAffine3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::path::Path;
-
-/// Triangles of a mesh that is stored once: the nodes above smaller ones would take as much as copies.
-const FEWEST_TRIANGLES: u64 = 256;
-/// Triangles that have to be saved by it, some 300 KiB: rays are faster without instances.
-const FEWEST_SAVED: u64 = 1 << 15;
 
 /// Meshes that are shown often enough.
 pub(super) struct SharedMeshes {
@@ -22,6 +17,11 @@ pub(super) struct SharedMeshes {
 }
 
 impl SharedMeshes {
+    /// None.
+    pub fn none(document: &Document) -> SharedMeshes {
+        SharedMeshes { by_mesh: vec![false; document.meshes.len()] }
+    }
+
     /// Those of `nodes`, in a file that stands at `world_from_file`.
     pub fn of(
         path: &Path,
@@ -31,11 +31,11 @@ impl SharedMeshes {
         world_from_file: DAffine3,
         options: &ImportOptions,
     ) -> Result<SharedMeshes> {
-        let mut shown = vec![0u64; document.meshes.len()];
-        let mut by_mesh = vec![false; document.meshes.len()];
+        let SharedMeshes { mut by_mesh } = SharedMeshes::none(document);
         if !options.instances {
             return Ok(SharedMeshes { by_mesh });
         }
+        let mut shown = vec![0u64; document.meshes.len()];
         for node in nodes.iter().filter(|node| !has_skin(document, node)) {
             let instances = Instances::of(path, document, buffers, node)?;
             let places = (0..instances.count).map(|i| world_from_file * instances.file_from_mesh(node, i));
@@ -45,10 +45,7 @@ impl SharedMeshes {
             let primitives = &document.meshes[mesh].primitives;
             let corners = primitives.iter().map(|primitive| corners(document, primitive));
             let triangles = corners.fold(0, u64::saturating_add) / 3;
-            let saved = triangles.saturating_mul(shown[mesh].saturating_sub(1));
-            *is_shared = triangles >= FEWEST_TRIANGLES
-                && saved >= FEWEST_SAVED
-                && primitives.iter().all(keeps_its_shape);
+            *is_shared = saves_enough(triangles, shown[mesh]) && primitives.iter().all(keeps_its_shape);
         }
         Ok(SharedMeshes { by_mesh })
     }

@@ -53,6 +53,44 @@ fn placements_materials_and_cameras() {
     assert!(done.report.warnings.is_empty(), "{:?}", done.report.warnings);
 }
 
+/// A sheet of 20,000 triangles.
+fn sheet() -> String {
+    let vertices = (0..=100).flat_map(|y| (0..=100).map(move |x| format!("v {x} {y} {}\n", x * y % 7)));
+    let faces = (0..100).flat_map(|y| {
+        (1..=100).map(move |x| {
+            let i = 101 * y + x;
+            format!("f {i} {} {}\nf {i} {} {}\n", i + 1, i + 102, i + 102, i + 101)
+        })
+    });
+    vertices.chain(faces).collect()
+}
+
+#[test]
+fn a_model_that_stands_often_is_read_once() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("sheet.obj"), sheet()).unwrap();
+    let place = |keys: &str| format!("[[model]]\nfile = 'sheet.obj'\n{keys}\n");
+    let places = ["", "translate = [5, 0, 0]", "scale = -2.0", "material = 'other'", "scale = [1e3, 1, 1]"];
+    let path = dir.path().join("scene.toml");
+    let text = places.map(place).concat() + "[[material]]\nname = 'other'\n";
+    std::fs::write(&path, text).unwrap();
+
+    let all = |instances| ImportOptions { instances, ..ImportOptions::default() };
+    let (done, sink) = import_path(&path, &all(true)).unwrap();
+    // Another material is another model; what is drawn out too much is repeated.
+    assert_eq!((done.report.triangles, sink.triangles().len()), (60_000, 60_000));
+    assert_eq!(done.instances.iter().map(|instance| instance.part).collect::<Vec<_>>(), [1, 1, 1]);
+    let at = |i: usize| done.instances[i].world_from_local.transform_point3(glam::DVec3::ONE).to_array();
+    assert_eq!([at(0), at(1), at(2)], [[1.0; 3], [6.0, 1.0, 1.0], [-2.0; 3]]);
+    assert_eq!(sink.triangles()[20_000].1[0], [0.0; 3]);
+    let told = survey(std::slice::from_ref(&path), &all(true)).unwrap();
+    assert_eq!((told.triangles, told.instances), (60_000, 3));
+
+    let (done, sink) = import_path(&path, &all(false)).unwrap();
+    assert_eq!((done.instances.len(), sink.triangles().len()), (0, 100_000));
+    assert_eq!(sink.triangles()[20_000].1[0], [5.0, 0.0, 0.0]);
+}
+
 #[test]
 fn mistakes_are_named() {
     for (text, part) in [
