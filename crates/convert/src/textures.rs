@@ -3,7 +3,7 @@
 use crate::ConvertError;
 use rayon::prelude::*;
 use raystrips_geom::scene::SceneDesc;
-use raystrips_geom::texture::{Level, TEXEL_BYTES, TILE_BYTES, levels, tile_count};
+use raystrips_geom::texture::{Level, TEXEL_BYTES, TILE_BYTES, levels, light_of_srgb, tile_count};
 use raystrips_meshio::{ImageSource, Pixels};
 use raystrips_pack::{BlockEntry, tile_code};
 use std::fs::File;
@@ -148,10 +148,7 @@ struct Transfer {
 
 impl Transfer {
     fn new(is_srgb: bool) -> Transfer {
-        let decode = |code: usize| {
-            let x = code as f64 / 255.0;
-            (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
-        };
+        let decode = |code: usize| light_of_srgb(code as f64 / 255.0) as f32;
         Transfer { is_srgb, linear: std::array::from_fn(decode) }
     }
 

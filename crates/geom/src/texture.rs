@@ -16,6 +16,11 @@ const SMALL_EXTENT: u32 = TILE_EXTENT / 2;
 /// Most texels along a side of an image.
 pub const MAX_IMAGE_EXTENT: u32 = 1 << 16;
 
+/// The light, 0 to 1, that sRGB (IEC 61966-2-1) codes as `x`, 0 to 1.
+pub fn light_of_srgb(x: f64) -> f64 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
 /// An image of a pack.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Image {

@@ -436,6 +436,11 @@ impl<'a> Emitter<'a> {
         self.strands.width.or(self.options.strand_width)
     }
 
+    /// Whether colors of vertices are wanted where they are all of the color: a material of the scene file takes their place.
+    pub fn wants_colors(&self) -> bool {
+        !self.options.bare && self.material_override.is_none()
+    }
+
     /// Adds a strand through `points`, each with its radius in units of the file, and gives it the next numbers. A strand of
     /// fewer than two points has no segments; one with a position or radius that cannot be used is dropped.
     pub fn strand(

@@ -2,8 +2,10 @@
 //!
 //! The file is mapped. In binary files vertices stay where they are and are decoded whenever a face names them, so
 //! that memory does not grow with the file; only those of text, and those with lists among their properties, are kept
-//! apart. Elements may come in any order with any properties; those that do not matter are skipped.
+//! apart. Elements may come in any order with any properties; colors of vertices are read, those that do not matter are
+//! skipped.
 
+mod colors;
 mod header;
 mod survey;
 mod values;
@@ -15,7 +17,10 @@ use crate::emit::{Emitter, Vertices, check_corners};
 use crate::kept::Kept;
 use crate::map::Map;
 use crate::{ImportError, Place, Result};
+use colors::colors;
 use header::{Element, Encoding, Header, Kind, Scalar};
+use raystrips_geom::Streams;
+use raystrips_geom::scene::Material;
 use std::path::Path;
 use values::{Binary, Missing, Text, Value, Values};
 use vertices::{Mapped, PlyVertices, RowLayout};
@@ -78,7 +83,7 @@ impl<'a> Reader<'a, '_> {
                 _ => self.skip(element, &mut values)?,
             }
         }
-        let vertices = vertices.unwrap_or_else(|| PlyVertices::Kept(Kept::new(self.out.options, 0)));
+        let vertices = vertices.unwrap_or_else(|| PlyVertices::none(self.out.options));
         before_vertices
             .into_iter()
             .try_for_each(|(element, mut values)| self.faces(element, &mut values, &vertices))
@@ -86,12 +91,15 @@ impl<'a> Reader<'a, '_> {
 
     fn vertices<V: Values>(&mut self, element: &Element, values: &mut V) -> Result<PlyVertices<'a>> {
         let axes = axes(self.path, element)?;
+        let colors = if self.out.wants_colors() { colors(element) } else { None };
         if let (Some(stride), true) = (element.row_bytes(), is_in_place(element, self.header.encoding)) {
             let start = values.at();
             self.skip(element, values)?;
+            let in_row = |(property, scalar)| (row_offset(element, property), scalar);
             let layout = RowLayout {
                 stride,
-                axes: axes.map(|(property, scalar)| (row_offset(element, property), scalar)),
+                axes: axes.map(in_row),
+                colors: colors.map(|colors| colors.map(in_row)),
                 big_endian: self.header.encoding == Encoding::BigEndian,
             };
             let memory = self.out.options.kept_bytes;
@@ -99,13 +107,24 @@ impl<'a> Reader<'a, '_> {
             return Ok(PlyVertices::Mapped(mapped));
         }
         let options = self.out.options;
-        let mut kept = Kept::new(options, options.kept_bytes);
+        let part = if colors.is_some() { options.kept_bytes / 2 } else { 0 };
+        let mut positions = Kept::new(options, options.kept_bytes - part);
+        let scalars = colors.map(|colors| colors.map(|(_, scalar)| scalar));
+        let mut kept_colors = scalars.map(|scalars| (Kept::beside(options, part), scalars));
+        let wanted: Vec<_> =
+            axes.iter().chain(colors.iter().flatten()).map(|&(property, _)| property).collect();
+        let mut numbers = [0.0; 6];
         for row in 0..element.count {
-            let position = vertex(element, values, axes.map(|(property, _)| property));
-            kept.push(position.map_err(|missing| self.row_error(values, missing, element, row))?)?;
+            row_numbers(element, values, &wanted, &mut numbers)
+                .map_err(|missing| self.row_error(values, missing, element, row))?;
+            let [x, y, z, red, green, blue] = numbers;
+            positions.push([x, y, z])?;
+            if let Some((colors, _)) = &mut kept_colors {
+                colors.push([red, green, blue])?;
+            }
             self.tick(values);
         }
-        Ok(PlyVertices::Kept(kept))
+        Ok(PlyVertices::Kept { positions, colors: kept_colors })
     }
 
     fn faces<V: Values>(&mut self, element: &Element, values: &mut V, vertices: &PlyVertices) -> Result<()> {
@@ -113,7 +132,11 @@ impl<'a> Reader<'a, '_> {
             return Ok(());
         }
         let indices = index_list(self.path, element)?;
-        let material = self.out.default_material();
+        let material = match vertices.streams() {
+            Streams::NONE => self.out.default_material(),
+            // Colors are all of the color.
+            _ => self.out.material(Material { base_color: [1.0; 3], ..Material::default() }),
+        };
         let geometry = self.out.geometry("", material);
         for row in 0..element.count {
             for (i, property) in element.properties.iter().enumerate() {
@@ -289,15 +312,20 @@ fn is_in_place(element: &Element, encoding: Encoding) -> bool {
     encoding != Encoding::Ascii && element.row_bytes().is_some()
 }
 
-fn vertex(element: &Element, values: &mut impl Values, axes: [usize; 3]) -> Value<[f64; 3]> {
-    let mut position = [0.0; 3];
+/// Reads a row and puts the properties `wanted` into `numbers`.
+fn row_numbers(
+    element: &Element,
+    values: &mut impl Values,
+    wanted: &[usize],
+    numbers: &mut [f64; 6],
+) -> Value<()> {
     for (i, property) in element.properties.iter().enumerate() {
-        match (property.kind, axes.iter().position(|&axis| axis == i)) {
-            (Kind::Scalar(scalar), Some(axis)) => position[axis] = values.number(scalar)?,
+        match (property.kind, wanted.iter().position(|&wanted| wanted == i)) {
+            (Kind::Scalar(scalar), Some(place)) => numbers[place] = values.number(scalar)?,
             (kind, _) => skip_value(values, kind)?,
         }
     }
-    Ok(position)
+    Ok(())
 }
 
 #[inline]

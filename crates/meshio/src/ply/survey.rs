@@ -1,5 +1,6 @@
 //! What a PLY file holds, told from its header, and from its length where faces may have more than three corners.
 
+use super::colors::colors;
 use super::header::{Element, Encoding, Header, Kind};
 use super::values::{Text, Values};
 use super::{axes, check_count, element_error, index_list, is_in_place};
@@ -34,7 +35,10 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
                 axes(path, element)?;
                 has_vertices = true;
                 survey.vertices = element.count;
-                survey.kept_vertices = if is_in_place(element, header.encoding) { 0 } else { element.count };
+                let colored = if colors(element).is_some() { element.count } else { 0 };
+                survey.attributed_vertices = colored;
+                let is_kept = !is_in_place(element, header.encoding);
+                survey.kept_vertices = if is_kept { element.count.saturating_add(colored) } else { 0 };
             }
             "face" | "tristrips" if element.count > 0 => {
                 let indices = index_list(path, element)?;

@@ -5,6 +5,7 @@ use crate::testing::{
 };
 use crate::{Import, ImportError, ImportOptions, Place};
 use crate::{Survey, survey};
+use raystrips_geom::Attributes;
 
 fn read(bytes: &[u8]) -> (Import, Collect) {
     import_bytes("model.ply", bytes).unwrap()
@@ -82,6 +83,62 @@ fn vertices_with_lists_are_read_row_by_row() {
     file.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
     assert_eq!(read(&file).1.triangles(), [(0, [[0.0; 3], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]])]);
     import_all_prefixes("model.ply", &file);
+}
+
+/// A triangle whose vertices are a code of 188, no color, and half of that code, in text or binary, with rows all alike or not.
+fn colored(format: &str, names: [&str; 3], is_float: bool, with_list: bool) -> Vec<u8> {
+    let scalar = if is_float { "float" } else { "uchar" };
+    let list = if with_list { "property list uchar uchar l\n" } else { "" };
+    let colors = names.map(|name| format!("property {scalar} {name}\n")).concat();
+    let mut bytes = format!(
+        "ply\nformat {format} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{list}{colors}\
+         element face 1\nproperty list uchar uchar vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    let is_text = format == "ascii";
+    for (place, code) in
+        [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into_iter().zip([188u8, 0, 94])
+    {
+        let number = |x: f32| match format {
+            "ascii" => format!(" {x}").into_bytes(),
+            "binary_big_endian" => x.to_be_bytes().to_vec(),
+            _ => x.to_le_bytes().to_vec(),
+        };
+        let byte = |code: u8| if is_text { format!(" {code}").into_bytes() } else { vec![code] };
+        bytes.extend(place.into_iter().flat_map(number));
+        bytes.extend(if with_list { byte(0) } else { vec![] });
+        for code in [code, code / 2, 255] {
+            bytes.extend(if is_float { number(f32::from(code) / 255.0) } else { byte(code) });
+        }
+    }
+    bytes.extend(if is_text { b"\n3 0 1 2\n".to_vec() } else { vec![3, 0, 1, 2] });
+    bytes
+}
+
+#[test]
+fn colors_of_vertices_are_linear_light() {
+    let names = [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+    for (i, format) in ["ascii", "binary_little_endian", "binary_big_endian"].into_iter().enumerate() {
+        for (is_float, with_list) in [(false, false), (false, true), (true, false)] {
+            let bytes = colored(format, names[i], is_float, with_list);
+            let (done, sink) = read(&bytes);
+            let batch = &sink.0[0];
+            let color = |vertex: usize| {
+                let record = &batch.attributes[vertex * batch.streams.record_bytes()..];
+                Attributes::decode(record, batch.streams).color.to_array()
+            };
+            let close = |a: [f32; 4], b: [f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-4);
+            // The middle of gray is 188 of 255.
+            assert!(close(color(0), [0.5029, 0.1119, 1.0, 1.0]), "{format}: {:?}", color(0));
+            assert!(close(color(1), [0.0, 0.0, 1.0, 1.0]) && close(color(2), [0.1119, 0.0284, 1.0, 1.0]));
+            assert_eq!(done.scene.materials[0].base_color, [1.0; 3]);
+        }
+    }
+    let bare = ImportOptions { bare: true, ..ImportOptions::default() };
+    let (_folder, path) = write_file("model.ply", &colored("ascii", names[0], false, false));
+    let (done, sink) = import_path(&path, &bare).unwrap();
+    assert!(sink.0[0].attributes.is_empty() && done.scene.materials[0].base_color != [1.0; 3]);
+    assert_eq!(survey(&[path], &bare).unwrap().attributed_vertices, 3);
 }
 
 #[test]
