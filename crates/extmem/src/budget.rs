@@ -51,11 +51,19 @@ impl Reservation {
             None => false,
         }
     }
+
+    /// Gives back what it is more than `bytes`, and tells how much that is.
+    pub fn shrink(&mut self, bytes: u64) -> u64 {
+        let back = self.bytes.saturating_sub(bytes);
+        self.bytes -= back;
+        self.budget.left.fetch_add(back, Ordering::Relaxed);
+        back
+    }
 }
 
 impl Drop for Reservation {
     fn drop(&mut self) {
-        self.budget.left.fetch_add(self.bytes, Ordering::Relaxed);
+        self.shrink(0);
     }
 }
 
@@ -72,6 +80,7 @@ mod tests {
         assert!(a.grow(10) && !a.grow(1));
         drop(b);
         assert_eq!(budget.left(), 30);
+        assert_eq!((a.shrink(90), a.shrink(50), budget.left()), (0, 20, 50));
         drop(a);
         assert_eq!(budget.left(), 100);
     }

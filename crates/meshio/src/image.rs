@@ -109,8 +109,9 @@ fn decoded(bytes: &[u8], most_bytes: u64) -> Result<Pixels, String> {
 }
 
 fn ktx2(bytes: &[u8], most_bytes: u64) -> Result<Pixels, String> {
-    let broken =
-        |e: basisu::Error| format!("is not read: {e:?}; textures in KTX2 must be ETC1S or UASTC of Basis Universal");
+    let broken = |e: basisu::Error| {
+        format!("is not read: {e:?}; textures in KTX2 must be ETC1S or UASTC of Basis Universal")
+    };
     let transcoder = basisu::Transcoder::new(bytes).map_err(broken)?;
     let (width, height) = transcoder.base_dimensions();
     if u64::from(width) * u64::from(height) * 8 > most_bytes {

@@ -8,6 +8,7 @@
 mod clock;
 mod file_bytes;
 mod frames;
+mod loan;
 mod page;
 mod parents;
 mod pool;
@@ -16,6 +17,7 @@ mod runs;
 mod side_blocks;
 mod visit;
 
+pub use loan::Loan;
 pub use pool::{PagePool, PoolCounts};
 pub use runs::Runs;
 pub use visit::Visit;

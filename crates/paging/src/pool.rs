@@ -7,12 +7,13 @@
 use crate::OpenError;
 use crate::clock::Clock;
 use crate::frames::{Frame, Frames};
+use crate::loan::Loan;
 use crate::page::{self, Page};
 use crate::parents::Parents;
 use crate::probe;
 use crate::side_blocks::SideBlocks;
 use crate::visit::Visit;
-use raystrips_extmem::{BlockBuffer, BlockFile, Reservation, spare_memory};
+use raystrips_extmem::{BlockBuffer, BlockFile, spare_memory};
 use raystrips_pack::{Pack, PackError, PageEntry, PageId, PageView, WideNode, check_checksum, check_page};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,8 @@ pub struct PagePool {
     clock: Mutex<Clock>,
     frames: Frames,
     most_bytes: u64,
-    given_away: Mutex<Vec<Reservation>>,
+    /// Bytes of them that are in other use.
+    lent: Arc<AtomicU64>,
     blank: Vec<WideNode>,
     side_blocks: SideBlocks,
     counters: Counters,
@@ -91,7 +93,7 @@ impl PagePool {
                 clock: Mutex::default(),
                 frames: Frames::new(bytes),
                 most_bytes: bytes,
-                given_away: Mutex::default(),
+                lent: Arc::default(),
                 blank: page::blank(),
                 side_blocks: SideBlocks::new(BlockFile::open(path, is_large)?, path.to_owned(), side_bytes),
                 counters: Counters::default(),
@@ -146,9 +148,14 @@ impl PagePool {
         pack.directory.iter().map(frame_bytes).max().unwrap_or(FRAME_UNIT)
     }
 
+    /// Bytes of memory for pages.
+    pub fn bytes(&self) -> u64 {
+        self.most_bytes - self.lent.load(Ordering::Relaxed)
+    }
+
     /// Pages that surely fit in memory.
     pub fn capacity(&self) -> usize {
-        (self.most_bytes / PagePool::frame_bytes(&self.pack)) as usize
+        (self.bytes() / PagePool::frame_bytes(&self.pack)) as usize
     }
 
     /// How much to read at a time, found by reading some: 0 for single pages, more where the disk has to seek.
@@ -277,21 +284,17 @@ impl PagePool {
         }
     }
 
-    /// Takes `bytes` of the memory of the pool for something else, for good; pages go for that. False where visits hold too
-    /// many, or that would be more than half of all.
-    pub fn give_away(&self, bytes: u64) -> bool {
-        let most = self.most_bytes / 2;
-        let mut given = self.given_away.lock().unwrap_or_else(PoisonError::into_inner);
-        if given.iter().map(Reservation::bytes).sum::<u64>() + bytes > most {
-            return false;
+    /// Lends `bytes` of the memory of the pool; pages go for that. `None` where visits hold too many, or there is less.
+    pub fn lend(&self, bytes: u64) -> Option<Loan> {
+        if bytes > self.bytes() {
+            return None;
         }
         loop {
             if let Some(memory) = self.frames.take_memory(bytes) {
-                given.push(memory);
-                return true;
+                return Some(Loan::new(memory, self.lent.clone()));
             }
             if !self.make_room() {
-                return false;
+                return None;
             }
         }
     }

@@ -58,3 +58,26 @@ fn damaged_and_missing_pages_are_named() {
     let error = pool.load(&[1], &mut BlockBuffer::default()).unwrap_err();
     assert!(matches!(error.source, PackError::Io(_)) && error.path == path, "{error}");
 }
+
+#[test]
+fn memory_is_lent_and_comes_back() {
+    let (_folder, path) = sample();
+    let pack = PageTable::open(&path).unwrap();
+    let frame = PagePool::frame_bytes(pack.pack());
+    let pool = PagePool::open(&path, 2 * frame, 1 << 20).unwrap();
+    let load = |pages: &[PageId]| pool.load(pages, &mut BlockBuffer::default()).unwrap();
+    assert!(load(&[0]) && load(&[1]) && pool.capacity() == 2);
+    // A page goes for it, but none that is looked at.
+    let visit = pool.visit();
+    visit.page(1).unwrap();
+    assert!(pool.lend(2 * frame + 1).is_none() && pool.lend(2 * frame).is_none());
+    let mut loan = pool.lend(frame).unwrap();
+    assert_eq!((loan.bytes(), pool.bytes(), pool.capacity()), (frame, frame, 1));
+    assert!(visit.page(0).is_none() && !load(&[0]));
+    drop(visit);
+    loan.shrink(4096);
+    assert_eq!((loan.bytes(), pool.bytes()), (4096, 2 * frame - 4096));
+    drop(loan);
+    assert!(load(&[0]) && load(&[1]) && pool.capacity() == 2);
+    assert!(pool.visit().page(0).is_some());
+}

@@ -6,7 +6,7 @@ use glam::Vec3;
 use raystrips_extmem::BlockBuffer;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_tracer::{
-    AttributeView, Buffered, Cursor, OpenError, PageId, PagePool, PageView, RayBuffer, VisitTracer,
+    AttributeView, Buffered, Cursor, Loan, OpenError, PageId, PagePool, PageView, RayBuffer, VisitTracer,
     locate_in, page_of, placed, placed_attributes,
 };
 use std::collections::HashMap;
@@ -190,5 +190,9 @@ impl World for PagedWorld {
 
     fn tile(&self, tile: u64) -> Result<Tile<'_>, OpenError> {
         Ok(Tile::Shared(self.pool.tile(tile)?))
+    }
+
+    fn lend(&self, bytes: u64) -> Option<Loan> {
+        self.pool.lend(bytes)
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use raystrips_geom::texture::TILE_BYTES;
 use raystrips_geom::{Aabb, Attributes, Hit, Ray, Shape, scene::SceneDesc};
-use raystrips_tracer::OpenError;
+use raystrips_tracer::{Loan, OpenError};
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -44,6 +44,11 @@ pub trait World: Sync {
     /// If it cannot be read.
     fn tile(&self, _tile: u64) -> Result<Tile<'_>, OpenError> {
         Ok(Tile::Borrowed(&[255; TILE_BYTES]))
+    }
+
+    /// Lends memory that is for pages, in worlds that have some for those. `None` if it has none, or less.
+    fn lend(&self, _bytes: u64) -> Option<Loan> {
+        None
     }
 }
 

@@ -36,5 +36,5 @@ pub use rays::{Cursor, Parked, RayBuffer};
 pub use raystrips_pack::{
     AttributeView, Emitter, GeometryBounds, Instance, PackError, PageId, PageView, ProxyKind,
 };
-pub use raystrips_paging::{OpenError, PagePool, PoolCounts, Runs, Visit};
+pub use raystrips_paging::{Loan, OpenError, PagePool, PoolCounts, Runs, Visit};
 pub use scene::{ResolvedHit, Scene, locate_in, page_of};

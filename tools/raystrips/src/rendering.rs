@@ -3,7 +3,7 @@
 use crate::args::{CurveName, IntegratorName, RenderArgs, ReorderName};
 use crate::camera;
 use crate::files::extension;
-use crate::residency::{self, Asked, Residency};
+use crate::residency::{self, Asked, Residency, Shares};
 use crate::unfinished::{Keeping, Numbering};
 use crate::units::grouped;
 use anyhow::{Result, bail};
@@ -106,16 +106,18 @@ pub fn run(
             let name = ordering(args.reorder).map_or("none", |(_, name)| name);
             Ok(Rendered { params, output, pages: Pages::of_scene(world.scene(), name) })
         }
-        Residency::Paged { page_bytes, ray_bytes, side_bytes } => {
+        Residency::Paged(shares) => {
             refuse_huge_pages();
             let Some((ordering, name)) = ordering(args.reorder) else {
-                return queued(path, args, &params, (page_bytes, ray_bytes, side_bytes), keeping);
+                return queued(path, args, &params, shares, keeping);
             };
+            let Shares { page_bytes, ray_bytes, side_bytes, photon_bytes } = shares;
             let buffer_bytes = match ordering {
                 Ordering::None => 0,
                 _ => args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2),
             };
-            let world = PagedWorld::new(PagePool::open(path, page_bytes - buffer_bytes, side_bytes)?);
+            let pool_bytes = page_bytes - buffer_bytes + photon_bytes;
+            let world = PagedWorld::new(PagePool::open(path, pool_bytes, side_bytes)?);
             let pack = world.pool().pack();
             let params = params(&pack.manifest)?;
             let hit_points = hit_points(path, args, ordering, &pack.geometry_bounds, &world)?;
@@ -142,13 +144,13 @@ fn queued(
     path: &Path,
     args: &RenderArgs,
     params: &dyn Fn(&Manifest) -> Result<RenderParams>,
-    (page_bytes, ray_bytes, side_bytes): (u64, u64, u64),
+    Shares { page_bytes, ray_bytes, side_bytes, photon_bytes }: Shares,
     keeping: &Keeping,
 ) -> Result<Rendered> {
     // The many rays of a chunk are served together, which takes memory of its own.
     let part = |bytes: u64| if args.reorder == ReorderName::Chunks { bytes / 4 * 3 } else { bytes };
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
-    let world = PagedWorld::new(PagePool::open(path, page_bytes, side_bytes)?);
+    let world = PagedWorld::new(PagePool::open(path, page_bytes + photon_bytes, side_bytes)?);
     let params = params(&world.pool().pack().manifest)?;
     let process_bytes = args.convert.source.memory.unwrap_or(u64::MAX);
     let (paging, name) = match args.reorder {

@@ -33,7 +33,20 @@ pub enum Residency {
     /// All in memory.
     Whole { ray_bytes: u64 },
     /// Some in memory.
-    Paged { page_bytes: u64, ray_bytes: u64, side_bytes: u64 },
+    Paged(Shares),
+}
+
+/// How memory is divided when only some pages are in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shares {
+    /// For pages, and rays that wait.
+    pub page_bytes: u64,
+    /// Of these, for rays.
+    pub ray_bytes: u64,
+    /// For attributes and images.
+    pub side_bytes: u64,
+    /// For pages while photons do not need it.
+    pub photon_bytes: u64,
 }
 
 /// What is to be rendered.
@@ -109,5 +122,5 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let shared = given - taken;
     let side_bytes = (shared / SIDE_PART).min(2 * pack.shading.bytes()).max(least_side);
     let page_bytes = shared - side_bytes;
-    Ok(Residency::Paged { page_bytes, ray_bytes: for_rays(page_bytes), side_bytes })
+    Ok(Residency::Paged(Shares { page_bytes, ray_bytes: for_rays(page_bytes), side_bytes, photon_bytes }))
 }

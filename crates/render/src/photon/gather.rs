@@ -89,6 +89,11 @@ impl<'a> Gather<'a> {
         Gather { maps, nearest, most_radius, rays, direct, has_textured_lamps, max_bounces }
     }
 
+    /// Bytes of memory of its photons.
+    pub fn bytes(&self) -> u64 {
+        self.maps.global.bytes() + self.maps.caustic.bytes()
+    }
+
     pub fn with_camera(self, camera: CameraPaths) -> CameraGather<'a> {
         CameraGather { gather: self, camera }
     }

@@ -48,6 +48,13 @@ impl PhotonMap {
         PhotonMap { photons, scale, irradiance: Vec::new() }
     }
 
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        let PhotonMap { photons, irradiance, .. } = self;
+        (photons.capacity() * size_of::<Photon>() + irradiance.capacity() * size_of::<SharedExponent>())
+            as u64
+    }
+
     /// Finds the irradiance at each photon, so that it need not be estimated anew for each ray that comes near (Christensen
     /// 1999, "Faster photon map global illumination").
     pub fn with_irradiance(mut self, nearest: u32, most_radius: f32) -> PhotonMap {

@@ -111,7 +111,10 @@ pub(crate) fn render_passes(
         Ok(Unfinished { output, next: u64::from(pass) << PASS_BITS | next, is_finished: false })
     };
     while pass < passes {
+        // While photons are sent out nobody knows how many will land.
+        let mut memory = lit.world.lend(params.photons.bytes(params.max_bounces));
         let gather = send_photons(lit, params, pass, drive, &mut output.stats)?;
+        memory.iter_mut().for_each(|memory| memory.shrink(gather.bytes()));
         let samples =
             [pass, pass + 1].map(|p| (u64::from(p) * u64::from(params.spp) / u64::from(passes)) as u32);
         let camera = CameraPaths::new(params, lit.world)?.starting_at(samples[0]);
