@@ -1,6 +1,7 @@
 //! Strands of hair: from files to packs, proxies and hits.
 
 use crate::models::Mesh;
+use crate::pictures::Exr;
 use crate::support::{Folder, assert_keys};
 use raystrips_convert::{ConvertParams, Unobserved, convert};
 use raystrips_tracer::{ProxyKind, Scene};
@@ -173,4 +174,29 @@ fn the_library_takes_hair_too() {
         convert(&[folder.path("lawn.hair")], &output, &ConvertParams::default(), &Unobserved).unwrap();
     assert_eq!((report.manifest.segments, report.manifest.triangles()), (3200, 0));
     assert_eq!(report.manifest.vertices, 3600);
+}
+
+/// Around strands there are no discs with photons, and some are partly opaque.
+#[test]
+fn photons_find_the_light_of_hair() {
+    let folder = Folder::new();
+    folder.write("lawn.hair", lawn(12));
+    folder.write("ground.ply", Mesh::hills(12).ply());
+    folder.write("lamp.obj", "v 2 9 2\nv 9 9 2\nv 9 9 9\nv 2 9 9\nf 1 2 3 4\n");
+    let scene = "material = [ { name = 'lamp', emission = [4.0, 4.0, 4.0] }, { name = 'fair', base_color = [0.9, 0.8, 0.6] } ]\n\
+                 sky = { color = [0.2, 0.3, 0.4] }\n\
+                 model = [ { file = 'lawn.hair' }, { file = 'ground.ply', material = 'fair' }, \
+                 { file = 'lamp.obj', material = 'lamp' } ]";
+    folder.write("scene.toml", scene);
+    folder.run("convert scene.toml -o lawn.rsp").done();
+    let mean = |options: &str| {
+        folder.run(&format!("render lawn.rsp -o a.exr --size 32x24 --spp 256 {options}")).done();
+        let exr = Exr::read(&folder.path("a.exr"));
+        ["R", "G", "B"].map(|name| exr.channels[name].iter().sum::<f32>() / (32.0 * 24.0))
+    };
+    let path = mean("");
+    let photon = mean("--integrator photon --photons 200000 --photon-passes 2");
+    for (a, b) in photon.iter().zip(path) {
+        assert!((a / b - 1.0).abs() < 0.015, "path {path:?}, photons {photon:?}");
+    }
 }

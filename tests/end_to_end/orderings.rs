@@ -132,7 +132,6 @@ fn a_closed_room_with_area_lights() {
     check_all(&folder.path("cornell.rsp"), Integrator::Photon);
 }
 
-/// Strands that are partly opaque over a surface, with a lamp above.
 #[test]
 fn leaves_that_textures_cut_out() {
     let folder = Folder::new();
@@ -167,6 +166,7 @@ fn rings_that_are_instances() {
     check_all(&folder.path("rings.rsp"), Integrator::Path);
 }
 
+/// Strands that are partly opaque over a surface, with a lamp above.
 #[test]
 fn hair_on_the_ground() {
     let folder = Folder::new();
@@ -178,4 +178,5 @@ fn hair_on_the_ground() {
     folder.write("scene.toml", scene);
     folder.run("convert scene.toml -o lawn.rsp --page-size 4K").done();
     check_all(&folder.path("lawn.rsp"), Integrator::Path);
+    check_all(&folder.path("lawn.rsp"), Integrator::Photon);
 }

@@ -23,6 +23,7 @@ pub(crate) struct SurfaceInteraction {
     /// Distance from the ray's origin in scene units.
     pub distance: f32,
     pub material: ShadingMaterial,
+    pub is_strand: bool,
     /// How much of the path ends here. Strands that let a ray pass were not hit by it.
     pub alpha: f32,
 }
@@ -52,10 +53,11 @@ impl Seen<'_> {
             front,
             distance,
             material: *self.materials.of(surface.geometry),
+            is_strand: matches!(surface.shape, Shape::Segment(_)),
             alpha: 1.0,
         };
         let (Some(corners), Shape::Triangle(positions)) = (&surface.corners, &surface.shape) else {
-            if matches!(surface.shape, Shape::Triangle(_)) {
+            if !interaction.is_strand {
                 interaction.alpha = self.materials.alpha_of(surface.geometry);
             }
             return Ok(Some(interaction));

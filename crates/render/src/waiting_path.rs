@@ -14,7 +14,8 @@ pub(crate) struct WaitingPath {
     /// Not a number where the path has none.
     pub scatter_pdf: f32,
     pub segment: u32,
-    pub passed: u32,
+    pub passed: u16,
+    pub errand: u16,
     pub width: f32,
     pub spread: f32,
     pub straight: f32,
@@ -30,6 +31,7 @@ impl WaitingPath {
             segment,
             bounces,
             passed,
+            errand,
             width,
             spread,
             straight,
@@ -44,7 +46,8 @@ impl WaitingPath {
             throughput,
             scatter_pdf: scatter_pdf.unwrap_or(f32::NAN),
             segment,
-            passed,
+            passed: passed as u16,
+            errand: errand.into(),
             width,
             spread,
             straight,
@@ -65,10 +68,12 @@ impl WaitingPath {
             scatter_pdf,
             segment,
             passed,
+            errand,
             width,
             spread,
             straight,
         } = self;
+        let passed = u32::from(passed);
         Path {
             pixel,
             sampler: PathSampler::new([pixel % picture_width, pixel / picture_width], sample_index, seed),
@@ -77,6 +82,7 @@ impl WaitingPath {
             segment,
             bounces: segment - passed,
             passed,
+            errand: errand as u8,
             width,
             spread,
             straight,

@@ -62,6 +62,8 @@ pub(crate) struct Path {
     pub bounces: u32,
     /// Partly opaque surfaces that the path passed.
     pub passed: u32,
+    /// What it is out for, as its shader says.
+    pub errand: u8,
     /// How wide what is seen at once is where the current ray begins, in scene units.
     pub width: f32,
     /// How much wider it is for each unit of length from there.
@@ -82,6 +84,7 @@ impl Path {
             segment: 0,
             bounces: 0,
             passed: 0,
+            errand: 0,
             width: 0.0,
             spread: 0.0,
             straight: 0.0,

@@ -25,7 +25,7 @@ pub(super) struct Gather<'a> {
     max_bounces: u32,
 }
 
-/// What a path is out for, which its density tells. Glossy surfaces count as mirrors.
+/// What a path is out for. Glossy surfaces count as mirrors.
 #[derive(Clone, Copy, PartialEq)]
 enum Errand {
     /// It shows what the camera sees, by mirrors and through glass too.
@@ -36,38 +36,36 @@ enum Errand {
     Gather,
     /// The same, when it has met mirrors or glass.
     GatherByMirrors,
+    /// It left a strand, of whose light no photons tell.
+    Trace,
+    /// The same, when it has met mirrors or glass.
+    TraceByMirrors,
     /// Photons told of all other light.
     FindTexturedLamps,
 }
 
 impl Errand {
-    const AS_BRANCH: f32 = -1.0;
-    const BY_MIRRORS: f32 = 0.0;
-    const TEXTURED_LAMPS: f32 = f32::INFINITY;
+    const ALL: [Errand; 7] = [
+        Errand::Show,
+        Errand::ShowAsBranch,
+        Errand::Gather,
+        Errand::GatherByMirrors,
+        Errand::Trace,
+        Errand::TraceByMirrors,
+        Errand::FindTexturedLamps,
+    ];
 
     fn of(path: &Path) -> Errand {
-        match path.scatter_pdf {
-            None => Errand::Show,
-            Some(Errand::AS_BRANCH) => Errand::ShowAsBranch,
-            Some(Errand::BY_MIRRORS) => Errand::GatherByMirrors,
-            Some(Errand::TEXTURED_LAMPS) => Errand::FindTexturedLamps,
-            Some(_) => Errand::Gather,
-        }
-    }
-
-    /// The density of a path that leaves a surface for the errand.
-    fn density(self, pdf: Option<f32>) -> Option<f32> {
-        match self {
-            Errand::Show => None,
-            Errand::ShowAsBranch => Some(Errand::AS_BRANCH),
-            Errand::Gather => pdf.map(|pdf| pdf.clamp(f32::MIN_POSITIVE, f32::MAX)),
-            Errand::GatherByMirrors => Some(Errand::BY_MIRRORS),
-            Errand::FindTexturedLamps => Some(Errand::TEXTURED_LAMPS),
-        }
+        Errand::ALL[usize::from(path.errand)]
     }
 
     fn shows(self) -> bool {
         matches!(self, Errand::Show | Errand::ShowAsBranch)
+    }
+
+    /// True where a lamp that the path meets is found in no other way.
+    fn finds_lamps(self) -> bool {
+        self.shows() || self == Errand::TraceByMirrors
     }
 }
 
@@ -129,18 +127,14 @@ impl<'a> Gather<'a> {
             out.add_first_hit(path, hit);
         }
         // Lamps with a texture send out no photons.
-        if is_seen || !hit.material.is_lamp {
+        if errand.finds_lamps() || !hit.material.is_lamp {
             out.add(path, path.throughput * hit.material.emitted(hit.front));
         }
         if path.bounces >= self.max_bounces || bsdf.is_black() {
             return None;
         }
         if bsdf.is_diffuse() && errand != Errand::FindTexturedLamps {
-            out.add(path, path.throughput * self.photon_light(hit, &bsdf, is_seen));
-        }
-        if bsdf.is_diffuse() && is_seen {
-            self.direct.add_lamps(path, hit, &bsdf, out);
-            self.direct.add_sky(path, hit, &bsdf, out);
+            self.add_light(path, hit, &bsdf, is_seen, out);
         }
         if errand == Errand::Show && bsdf.is_diffuse() && self.rays > 1 {
             self.branch(path, hit, &bsdf, out);
@@ -149,13 +143,31 @@ impl<'a> Gather<'a> {
         self.scatter(path, hit, &bsdf)
     }
 
+    /// Adds light of a diffuse surface, but for what the ray finds with which the path goes on.
+    fn add_light(
+        &self,
+        path: &Path,
+        hit: &SurfaceInteraction,
+        bsdf: &Bsdf,
+        is_seen: bool,
+        out: &mut ShadeOutput,
+    ) {
+        if !hit.is_strand {
+            out.add(path, path.throughput * self.photon_light(hit, bsdf, is_seen));
+        }
+        if is_seen || hit.is_strand {
+            self.direct.add_lamps(path, hit, bsdf, out);
+            self.direct.add_sky(path, hit, bsdf, out);
+        }
+    }
+
     /// Divides a path.
     fn branch(&self, path: &Path, hit: &SurfaceInteraction, bsdf: &Bsdf, out: &mut ShadeOutput) {
         for number in 0..self.rays {
             let mut branch = Path {
                 sampler: path.sampler.branch(number, self.rays),
                 throughput: path.throughput / self.rays as f32,
-                scatter_pdf: Errand::ShowAsBranch.density(None),
+                errand: Errand::ShowAsBranch as u8,
                 ..*path
             };
             if let Some(ray) = self.scatter(&mut branch, hit, bsdf) {
@@ -170,25 +182,27 @@ impl<'a> Gather<'a> {
         if !hit.leaves(scattered.wi, scattered.is_transmitted) {
             return None;
         }
-        let errand = self.next_errand(Errand::of(path), bsdf.is_diffuse() && scattered.pdf.is_some())?;
+        let is_diffuse = bsdf.is_diffuse() && scattered.pdf.is_some();
+        let errand = self.next_errand(Errand::of(path), is_diffuse, hit.is_strand)?;
         path.throughput *= scattered.weight / (scattered.eta * scattered.eta);
         path.segment += 1;
         path.bounces += 1;
         path.straight = 0.0;
         path.spread = path.spread.max(bsdf.spread());
-        path.scatter_pdf = errand.density(scattered.pdf);
+        path.scatter_pdf = scattered.pdf;
+        path.errand = errand as u8;
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }
 
-    /// What a path is out for after a surface that scattered it diffusely or as a mirror does.
-    fn next_errand(&self, errand: Errand, is_diffuse: bool) -> Option<Errand> {
+    /// What a path is out for after a surface or a strand that scattered it diffusely or as a mirror does.
+    fn next_errand(&self, errand: Errand, is_diffuse: bool, is_strand: bool) -> Option<Errand> {
         match errand {
-            Errand::Show | Errand::ShowAsBranch if is_diffuse => Some(Errand::Gather),
-            Errand::Show | Errand::ShowAsBranch | Errand::FindTexturedLamps => Some(errand),
-            Errand::Gather | Errand::GatherByMirrors if is_diffuse => {
-                self.has_textured_lamps.then_some(Errand::FindTexturedLamps)
-            }
+            Errand::FindTexturedLamps => Some(errand),
+            _ if is_diffuse && is_strand => Some(Errand::Trace),
+            Errand::Show | Errand::ShowAsBranch => Some(if is_diffuse { Errand::Gather } else { errand }),
+            _ if is_diffuse => self.has_textured_lamps.then_some(Errand::FindTexturedLamps),
             Errand::Gather | Errand::GatherByMirrors => Some(Errand::GatherByMirrors),
+            Errand::Trace | Errand::TraceByMirrors => Some(Errand::TraceByMirrors),
         }
     }
 }
@@ -216,8 +230,8 @@ impl Shader for CameraGather<'_> {
         let Some(hit) = hit else {
             // Other light of the sky is that of photons.
             let density = match Errand::of(path) {
-                Errand::Gather => path.scatter_pdf,
-                errand if errand.shows() => None,
+                Errand::Gather | Errand::Trace => path.scatter_pdf,
+                errand if errand.finds_lamps() => None,
                 _ => return None,
             };
             out.add(path, path.throughput * self.gather.direct.sky_found(ray.dir, density));

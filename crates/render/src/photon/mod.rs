@@ -16,6 +16,9 @@
 //! for photons and paths alike, so that none is missing and none is found twice. Lamps with a texture send out no photons:
 //! a path that gathers goes on until it finds them.
 //!
+//! Of the light of strands photons tell nothing, since around these there are no discs with photons: a path that meets one
+//! finds there what lamps send straight to it, and goes on until it meets a surface.
+//!
 //! Photons are the paths of a picture of their own, so their rays go the way that all rays go: as they come, sorted, or from
 //! page to page. Passes with photons of their own share the samples of a pixel, so photons of one pass alone are in memory.
 

@@ -139,7 +139,7 @@ impl Shader for PhotonTracer<'_> {
             (path.passed <= MAX_PASSED).then(|| hit.spawn(ray.dir, true))
         } else {
             let bsdf = Bsdf::new(&hit.material, hit.shading_n, hit.front, ray.dir);
-            if bsdf.is_diffuse() {
+            if bsdf.is_diffuse() && !hit.is_strand {
                 self.keep(path, ray, hit);
             }
             // Where it lands it is reflected once more, to the camera.
