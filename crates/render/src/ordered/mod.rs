@@ -72,7 +72,10 @@ pub fn render_ordered(
         };
         let starts_at_a_time = match order.scratch {
             Some(_) => MOST_PATHS,
-            None => order.buffer_bytes / (STORES * RAYS_A_PATH * RayStore::<Waiting>::RAY_BYTES) as u64,
+            None => {
+                let rays_a_path = SHADOW_RAYS_A_PATH + shader.most_branches();
+                order.buffer_bytes / (STORES * rays_a_path * RayStore::<Waiting>::RAY_BYTES) as u64
+            }
         };
         job.run(begin.next, starts_at_a_time)
     })
@@ -86,8 +89,8 @@ const MOST_PATHS: u64 = 1 << 24;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
-/// Rays that a path has in a generation, at most.
-const RAYS_A_PATH: usize = 3;
+/// Shadow rays that a path has in a generation, at about.
+const SHADOW_RAYS_A_PATH: usize = 2;
 
 /// A ray that waits, with its errand.
 #[repr(C)]

@@ -59,7 +59,7 @@ pub struct PhotonParams {
 }
 
 /// Most rays that gather light at a surface.
-pub const MAX_GATHER_RAYS: u32 = 256;
+pub const MAX_GATHER_RAYS: u32 = 64;
 
 impl Default for PhotonParams {
     fn default() -> PhotonParams {

@@ -87,7 +87,8 @@ pub fn render_queued(
         let read_bytes = paging.read_bytes.min(world.pool().capacity() as u64 * frame_bytes / HELD_PARTS);
         let pages_a_read = (read_bytes / frame_bytes).max(1);
         let limits = Limits {
-            start: paging.ray_bytes as usize / RAY_BYTES,
+            // Each may become as many.
+            start: paging.ray_bytes as usize / (RAY_BYTES * shader.most_branches()),
             serve: SERVE_RAYS,
             read_ahead: (world.pool().capacity() as u64 / HELD_PARTS / pages_a_read).clamp(1, READ_AHEAD)
                 as usize,
