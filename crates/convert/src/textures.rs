@@ -24,7 +24,7 @@ pub(crate) struct Tiles {
 
 impl Tiles {
     /// Reads the images at `sources`, which are those of the scene, into a file of tiles, and tells the scene where they are.
-    /// One that cannot be read is told of in `warnings`, and textures of it are as if white. `most_bytes` of memory are for one
+    /// One that cannot be read is told of in `warnings`, and materials lose its textures. `most_bytes` of memory are for one
     /// image.
     pub fn make(
         sources: &[ImageSource],
@@ -34,6 +34,7 @@ impl Tiles {
         warnings: &mut Vec<String>,
     ) -> Result<Tiles, ConvertError> {
         let mut entries = Vec::new();
+        let mut lost = vec![false; scene.images.len()];
         let mut out = BufWriter::new(&mut file);
         for (i, (source, image)) in sources.iter().zip(&mut scene.images).enumerate() {
             // The texels, those of the next level, and a row of tiles.
@@ -41,7 +42,8 @@ impl Tiles {
                 Ok(pixels) => pixels,
                 Err(what) => {
                     let name = if image.name.is_empty() { format!("image {i}") } else { image.name.clone() };
-                    warnings.push(format!("{name} {what}; its textures are white"));
+                    warnings.push(format!("{name} {what}; materials are without it"));
+                    lost[i] = true;
                     continue;
                 }
             };
@@ -54,6 +56,8 @@ impl Tiles {
             };
             write_image(pixels, image.is_srgb, &mut write).map_err(ConvertError::Scratch)?;
         }
+        let is_lost = |texture: u32| lost[scene.textures[texture as usize].image as usize];
+        scene.materials.iter_mut().for_each(|material| material.drop_textures(is_lost));
         out.flush().map_err(ConvertError::Scratch)?;
         drop(out);
         file.rewind().map_err(ConvertError::Scratch)?;

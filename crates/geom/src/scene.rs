@@ -68,6 +68,9 @@ pub struct Material {
     pub thin: bool,
     /// Emits from both faces. Reflection always happens on both.
     pub double_sided: bool,
+    /// Shows its base color whatever light there is, and nothing else.
+    #[serde(default)]
+    pub unlit: bool,
     /// A clear coat above everything else.
     pub clearcoat: Clearcoat,
     /// Fibers below it.
@@ -153,6 +156,9 @@ pub struct MaterialTextures {
     pub metallic: Option<u32>,
     /// In green.
     pub roughness: Option<u32>,
+    /// What one minus the roughness is multiplied by, in the fourth channel.
+    #[serde(default)]
+    pub glossiness: Option<u32>,
     /// Emission.
     pub emission: Option<u32>,
     /// Slopes of the surface: x to the right of the image, y upwards, z out of the surface, each 0 to 1 for -1 to 1.
@@ -183,11 +189,18 @@ pub struct MaterialTextures {
 impl MaterialTextures {
     /// All that there are.
     pub fn all(&self) -> impl Iterator<Item = u32> {
+        let mut copy = *self;
+        copy.slots().map(|slot| *slot).into_iter().flatten()
+    }
+
+    /// The places of all that there can be.
+    fn slots(&mut self) -> [&mut Option<u32>; 17] {
         let MaterialTextures {
             base_color,
             opacity,
             metallic,
             roughness,
+            glossiness,
             emission,
             normal,
             transmission,
@@ -200,12 +213,13 @@ impl MaterialTextures {
             anisotropy,
             iridescence,
             iridescence_thickness,
-        } = *self;
+        } = self;
         [
             base_color,
             opacity,
             metallic,
             roughness,
+            glossiness,
             emission,
             normal,
             transmission,
@@ -219,8 +233,6 @@ impl MaterialTextures {
             iridescence,
             iridescence_thickness,
         ]
-        .into_iter()
-        .flatten()
     }
 }
 
@@ -242,6 +254,7 @@ impl Default for Material {
             absorption: [0.0; 3],
             thin: false,
             double_sided: false,
+            unlit: false,
             clearcoat: Clearcoat::default(),
             sheen: Sheen::default(),
             anisotropy: Anisotropy::default(),
@@ -253,14 +266,43 @@ impl Default for Material {
 }
 
 impl Material {
-    /// True where the surface is a light.
+    /// True where the surface shines.
     pub fn is_emissive(&self) -> bool {
-        self.emission.iter().any(|&c| c > 0.0)
+        self.unlit || self.emission.iter().any(|&c| c > 0.0)
     }
 
     /// True where each of its triangles is a light of one color, which can be sampled.
     pub fn is_lamp(&self) -> bool {
-        self.is_emissive() && self.textures.emission.is_none()
+        self.is_emissive() && self.textures.emission.is_none() && !self.unlit && !self.is_see_through()
+    }
+
+    /// Takes textures away that cannot be had, and with them what they confine to some places, which would be everywhere.
+    pub fn drop_textures(&mut self, is_lost: impl Fn(u32) -> bool) {
+        let had = self.textures;
+        for slot in self.textures.slots() {
+            *slot = slot.filter(|&texture| !is_lost(texture));
+        }
+        let has = self.textures;
+        let confined = [
+            (had.metallic, has.metallic, &mut self.metallic),
+            (had.transmission, has.transmission, &mut self.transmission),
+            (had.clearcoat, has.clearcoat, &mut self.clearcoat.strength),
+            (had.anisotropy, has.anisotropy, &mut self.anisotropy.strength),
+            (had.iridescence, has.iridescence, &mut self.iridescence.strength),
+        ];
+        confined.into_iter().filter(|(had, has, _)| had != has).for_each(|(_, _, factor)| *factor = 0.0);
+        if had.emission != has.emission {
+            self.emission = [0.0; 3];
+        }
+        if had.sheen_color != has.sheen_color {
+            self.sheen.color = [0.0; 3];
+        }
+        if had.specular_color != has.specular_color {
+            self.specular_color = [1.0; 3];
+        }
+        if had.glossiness != has.glossiness {
+            self.roughness = 1.0;
+        }
     }
 
     /// True if rays may pass its surface, or some places of it.
@@ -384,5 +426,32 @@ impl SceneDesc {
                 LightKind::Directional { .. } => {}
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_lost_texture_confines_is_nowhere() {
+        let textures = MaterialTextures {
+            base_color: Some(0),
+            metallic: Some(1),
+            roughness: Some(1),
+            emission: Some(2),
+            normal: Some(1),
+            clearcoat: Some(2),
+            ..MaterialTextures::default()
+        };
+        let clearcoat = Clearcoat { strength: 1.0, roughness: 0.0 };
+        let mut material =
+            Material { metallic: 1.0, emission: [1.0; 3], clearcoat, textures, ..Material::default() };
+        material.drop_textures(|texture| texture == 1);
+        assert_eq!(material.textures.all().collect::<Vec<_>>(), [0, 2, 2]);
+        assert_eq!((material.metallic, material.emission, material.clearcoat), (0.0, [1.0; 3], clearcoat));
+        material.drop_textures(|texture| texture == 2);
+        assert_eq!((material.emission, material.clearcoat.strength), ([0.0; 3], 0.0));
+        assert_eq!(material.base_color, Material::default().base_color);
     }
 }

@@ -215,7 +215,7 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Notes that a file is read, before that is done.
+    /// Notes that a file is read, before that is done, or would be if it were there.
     pub fn note_file(&mut self, path: &Path) {
         let stamp = FileStamp::of(path);
         if !self.report.files.iter().any(|file| file.path == stamp.path) {

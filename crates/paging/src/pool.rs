@@ -35,6 +35,8 @@ pub struct PagePool {
     clock: Mutex<Clock>,
     frames: Frames,
     most_bytes: u64,
+    /// Of the largest page.
+    frame_bytes: u64,
     /// Bytes of them that are in other use.
     lent: Arc<AtomicU64>,
     blank: Vec<WideNode>,
@@ -93,6 +95,7 @@ impl PagePool {
                 clock: Mutex::default(),
                 frames: Frames::new(bytes),
                 most_bytes: bytes,
+                frame_bytes: PagePool::frame_bytes(&pack),
                 lent: Arc::default(),
                 blank: page::blank(),
                 side_blocks: SideBlocks::new(BlockFile::open(path, is_large)?, path.to_owned(), side_bytes),
@@ -155,7 +158,7 @@ impl PagePool {
 
     /// Pages that surely fit in memory.
     pub fn capacity(&self) -> usize {
-        (self.bytes() / PagePool::frame_bytes(&self.pack)) as usize
+        (self.bytes() / self.frame_bytes) as usize
     }
 
     /// How much to read at a time, found by reading some: 0 for single pages, more where the disk has to seek.
@@ -284,9 +287,10 @@ impl PagePool {
         }
     }
 
-    /// Lends `bytes` of the memory of the pool; pages go for that. `None` where visits hold too many, or there is less.
+    /// Lends `bytes` of the memory of the pool; pages go for that. `None` where visits hold too many, or where not one page
+    /// would fit beside it.
     pub fn lend(&self, bytes: u64) -> Option<Loan> {
-        if bytes > self.bytes() {
+        if self.bytes().checked_sub(bytes).is_none_or(|rest| rest < self.frame_bytes) {
             return None;
         }
         loop {

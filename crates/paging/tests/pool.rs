@@ -70,7 +70,7 @@ fn memory_is_lent_and_comes_back() {
     // A page goes for it, but none that is looked at.
     let visit = pool.visit();
     visit.page(1).unwrap();
-    assert!(pool.lend(2 * frame + 1).is_none() && pool.lend(2 * frame).is_none());
+    assert!(pool.lend(2 * frame + 1).is_none() && pool.lend(frame + 1).is_none());
     let mut loan = pool.lend(frame).unwrap();
     assert_eq!((loan.bytes(), pool.bytes(), pool.capacity()), (frame, frame, 1));
     assert!(visit.page(0).is_none() && !load(&[0]));

@@ -56,6 +56,8 @@ impl Seen<'_> {
             is_strand: matches!(surface.shape, Shape::Segment(_)),
             alpha: 1.0,
         };
+        // Strands are not sampled.
+        interaction.material.is_lamp &= !interaction.is_strand;
         let (Some(corners), Shape::Triangle(positions)) = (&surface.corners, &surface.shape) else {
             if !interaction.is_strand {
                 interaction.alpha = self.materials.alpha_of(surface.geometry);

@@ -20,6 +20,8 @@ pub(crate) struct ShadingMaterial {
     pub emission: Vec3,
     /// Emits from the back too.
     pub double_sided: bool,
+    /// Emits its base color and nothing else.
+    unlit: bool,
     /// Its light is sampled.
     pub is_lamp: bool,
     /// Nothing but diffuse reflection.
@@ -54,11 +56,12 @@ impl ShadingMaterial {
         let roughness = share(material.roughness);
         let layers = Layers::new(material);
         let is_iridescent = layers.is_some_and(|layers| layers.iridescence > 0.0);
-        ShadingMaterial {
+        let mut ready = ShadingMaterial {
             albedo: Vec3::from(material.base_color.map(|c| c.clamp(0.0, 1.0))),
             alpha: material.alpha.clamp(0.0, 1.0),
             emission: Vec3::from(material.emission.map(radiance)),
             double_sided: material.double_sided,
+            unlit: material.unlit,
             is_lamp: material.is_lamp(),
             is_matte: metallic == 0.0
                 && transmission == 0.0
@@ -73,6 +76,16 @@ impl ShadingMaterial {
             thin: material.thin,
             absorption: Vec3::from(material.absorption.map(radiance)),
             layers,
+        };
+        ready.shine_if_unlit();
+        ready
+    }
+
+    /// What shows its color whatever light there is does as if it shone by itself, and scatters nothing.
+    fn shine_if_unlit(&mut self) {
+        if self.unlit {
+            self.emission = std::mem::replace(&mut self.albedo, Vec3::ZERO);
+            (self.is_matte, self.layers) = (true, None);
         }
     }
 
@@ -236,15 +249,23 @@ impl Materials {
     pub fn at(&self, geometry: u32, place: &Place) -> Result<Found, OpenError> {
         let (material, varying) = self.get(geometry);
         let (mut material, textures) = (*material, &varying.textures);
-        let &MaterialTextures { base_color, opacity, metallic, roughness, .. } = textures;
+        let &MaterialTextures { base_color, metallic, roughness, glossiness, .. } = textures;
         let look = |texture: Option<u32>| self.look(texture, place);
         let color = look(base_color)? * place.attributes.color;
+        let coverage = material.alpha * self.coverage(varying, place, color.w)?;
+        let alpha = varying.alpha(&material, coverage);
+        if material.unlit {
+            // Its color is its emission.
+            material.emission *= color.truncate();
+            return Ok(Found { material, alpha, slopes: None });
+        }
         material.albedo *= color.truncate();
         let metal_and_rough = look(metallic)?;
         let rough = if roughness == metallic { metal_and_rough } else { look(roughness)? };
         material.metallic *= metal_and_rough.z;
-        if roughness.is_some() {
-            let roughness = (varying.roughness * rough.y).clamp(0.0, 1.0);
+        if roughness.or(glossiness).is_some() {
+            let rough = varying.roughness * rough.y;
+            let roughness = (1.0 - (1.0 - rough) * look(glossiness)?.w).clamp(0.0, 1.0);
             material.alpha_ggx = roughness * roughness;
         }
         material.emission *= look(textures.emission)?.truncate();
@@ -254,13 +275,23 @@ impl Materials {
         if let Some(layers) = &mut material.layers {
             self.vary(layers, textures, place)?;
         }
-        let coverage = material.alpha * color.w * look(opacity)?.x;
-        let alpha = varying.alpha(&material, coverage);
         let slopes = match textures.normal {
             Some(texture) => self.slopes(texture, varying.normal_scale, place)?,
             None => None,
         };
         Ok(Found { material, alpha, slopes })
+    }
+
+    /// Opacity of a place as textures and colors have it. `color` is what they say of it at the width that is looked at.
+    fn coverage(&self, varying: &Varying, place: &Place, color: f32) -> Result<f32, OpenError> {
+        let MaterialTextures { base_color, opacity, .. } = varying.textures;
+        if place.width == 0.0 || !matches!(varying.alpha_mode, AlphaMode::Mask(_)) {
+            return Ok(color * self.look(opacity, place)?.x);
+        }
+        // A mean would be above the cutoff, or below it, for all of a leaf that is far away: every ray looks closely.
+        let closely = Place { width: 0.0, ..*place };
+        let color = self.look(base_color, &closely)?.w * place.attributes.color.w;
+        Ok(color * self.look(opacity, &closely)?.x)
     }
 
     /// Makes layers those of a place.

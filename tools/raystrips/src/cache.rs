@@ -1,13 +1,14 @@
 //! Packs of models that `render` was given, kept so that the next picture need not convert again.
 //!
 //! A pack is named by a hash of the model's full path and of what decides on its bytes; beside it lies a list
-//! of the files that were read with their lengths and times. It is used again while all of them are unchanged.
+//! of the files that were read, or missed, with their lengths and times. It is used again while all of them are unchanged.
 
-use crate::args::ConvertOptions;
-use crate::commands::convert::convert_with;
+use crate::args::{ConvertOptions, SourceOptions};
+use crate::commands::convert::{convert_with, notes, tell};
 use crate::files::write_whole;
 use anyhow::{Context, Result};
 use raystrips_convert::FileStamp;
+use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
@@ -27,11 +28,33 @@ pub fn pack_of(
     let name = format!("{:016x}", key(&model, options));
     let pack = folder.join(format!("{name}.rsp"));
     let list = folder.join(format!("{name}.json"));
-    if !is_fresh(&pack, &list) {
-        let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
-        write_whole(&list, &serde_json::to_vec_pretty(&report.files)?)?;
+    match kept(&list).filter(|kept| pack.is_file() && kept.is_fresh()) {
+        Some(kept) => tell(&kept.notes),
+        None => {
+            let report = convert_with(std::slice::from_ref(&model), &pack, options, threads)?;
+            let notes = notes(&report);
+            write_whole(&list, &serde_json::to_vec_pretty(&Kept { files: report.files, notes })?)?;
+        }
     }
     Ok(pack)
+}
+
+/// What is known of a pack in the cache.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    files: Vec<FileStamp>,
+    /// What was told when it was made.
+    notes: Vec<String>,
+}
+
+impl Kept {
+    fn is_fresh(&self) -> bool {
+        !self.files.is_empty() && self.files.iter().all(FileStamp::is_current)
+    }
+}
+
+fn kept(list: &Path) -> Option<Kept> {
+    serde_json::from_slice(&std::fs::read(list).ok()?).ok()
 }
 
 fn default_folder() -> Option<PathBuf> {
@@ -44,14 +67,21 @@ fn default_folder() -> Option<PathBuf> {
 fn key(model: &Path, options: &ConvertOptions) -> u64 {
     let mut hasher = DefaultHasher::new();
     (model, raystrips_pack::layout::FORMAT_VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
-    let ConvertOptions { page_size, layout, keep_ids, strip_windows, positions, source, .. } = options;
+    let ConvertOptions {
+        page_size,
+        layout,
+        keep_ids,
+        strip_windows,
+        positions,
+        no_proxy,
+        proxy_ratio,
+        proxy_memory,
+        no_instances,
+        source,
+    } = options;
     (page_size, layout.layout(), keep_ids, strip_windows, positions).hash(&mut hasher);
-    (source.drop_out_of_range, source.strand_width.map(f64::to_bits), source.bare).hash(&mut hasher);
-    options.proxies().map(|proxies| (proxies.ratio.to_bits(), proxies.memory)).hash(&mut hasher);
+    (no_proxy, proxy_ratio.to_bits(), proxy_memory, no_instances).hash(&mut hasher);
+    let SourceOptions { drop_out_of_range, strand_width, bare, memory: _, scratch: _, restart: _ } = source;
+    (drop_out_of_range, strand_width.map(f64::to_bits), bare).hash(&mut hasher);
     hasher.finish()
-}
-
-fn is_fresh(pack: &Path, list: &Path) -> bool {
-    let recorded = || -> Option<Vec<FileStamp>> { serde_json::from_slice(&std::fs::read(list).ok()?).ok() };
-    pack.is_file() && recorded().is_some_and(|all| !all.is_empty() && all.iter().all(FileStamp::is_current))
 }

@@ -185,7 +185,7 @@ impl Document {
         if !self.asset.version.starts_with("2.") || (least != "2.0" && least != "2.1") {
             return Err(version_error(path, &self.asset.version));
         }
-        match self.extensions_required.iter().position(|name| !is_harmless(name)) {
+        match self.extensions_required.iter().position(|name| is_missed(name)) {
             None => Ok(()),
             Some(i) => {
                 let name = &self.extensions_required[i];
@@ -205,6 +205,12 @@ impl Document {
         self.extensions_used.iter().any(|name| name.ends_with("_compression"))
     }
 
+    /// Extensions that are used and not read; materials tell of theirs.
+    pub fn missed_extensions(&self) -> impl Iterator<Item = &str> {
+        let all = self.extensions_used.iter().map(String::as_str);
+        all.filter(|name| is_missed(name) && !name.starts_with("KHR_materials_"))
+    }
+
     pub fn lights(&self) -> &[Light] {
         self.extensions.lights.as_ref().map_or(&[], |lights| &lights.lights)
     }
@@ -220,27 +226,43 @@ fn version_error(path: &Path, version: &str) -> ImportError {
     unsupported(path, "asset.version", what)
 }
 
-/// True for extensions that are read, and for those that do not change where triangles are.
-fn is_harmless(extension: &str) -> bool {
-    const KNOWN: [&str; 16] = [
-        "KHR_draco_mesh_compression",
-        "EXT_mesh_gpu_instancing",
-        "EXT_meshopt_compression",
-        "KHR_meshopt_compression",
-        "KHR_mesh_quantization",
-        "KHR_lights_punctual",
-        "KHR_texture_transform",
-        "KHR_texture_basisu",
-        "EXT_texture_webp",
-        "EXT_texture_avif",
-        "MSFT_texture_dds",
-        "KHR_animation_pointer",
-        "KHR_xmp_json_ld",
-        "EXT_mesh_features",
-        "EXT_structural_metadata",
-        "EXT_lights_image_based",
-    ];
-    KNOWN.contains(&extension) || extension.starts_with("KHR_materials_")
+/// Extensions that are read.
+const READ: [&str; 20] = [
+    "KHR_draco_mesh_compression",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "KHR_mesh_quantization",
+    "KHR_lights_punctual",
+    "KHR_texture_transform",
+    "KHR_texture_basisu",
+    "EXT_texture_webp",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+];
+
+/// Extensions that do not change the picture: what moves, what else could be shown, what is known of it.
+const HARMLESS: [&str; 6] = [
+    "KHR_animation_pointer",
+    "KHR_materials_variants",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+];
+
+/// True for extensions without which the picture would be another one.
+pub(super) fn is_missed(extension: &str) -> bool {
+    !READ.contains(&extension) && !HARMLESS.contains(&extension)
 }
 
 /// The entry of `list` that `index` names, or an error at the place `at` that holds the index.

@@ -66,7 +66,7 @@ impl Default for JsonIridescence {
 pub(super) struct Layers<'a, 'e, 's> {
     pub textures: Textures<'a>,
     pub extensions: &'a Extensions,
-    pub not_read: &'e mut BTreeSet<&'static str>,
+    pub not_read: &'e mut BTreeSet<String>,
     pub out: &'e mut Emitter<'s>,
 }
 
@@ -110,7 +110,7 @@ impl Layers<'_, '_, '_> {
         material.textures.clearcoat = texture;
         material.textures.clearcoat_roughness = self.texture(&json.clearcoat_roughness_texture, false);
         if json.clearcoat_normal_texture.is_some() {
-            self.not_read.insert("clearcoatNormalTexture");
+            self.not_read.insert("clearcoatNormalTexture".into());
         }
     }
 

@@ -1,5 +1,6 @@
 //! Materials: factors, textures, and those extensions that our materials can hold.
 
+use super::document::is_missed;
 use super::layers::{self, Layers};
 use super::texture::{Named, Textures};
 use crate::emit::Emitter;
@@ -11,16 +12,12 @@ use raystrips_geom::Streams;
 use raystrips_geom::scene::{AlphaMode, Material, SceneDesc};
 use std::collections::BTreeSet;
 
-/// Extensions of materials that change what is seen and are not read.
-const NOT_READ: [&str; 3] =
-    ["KHR_materials_dispersion", "KHR_materials_diffuse_transmission", "KHR_materials_subsurface"];
-
 /// Materials of a document, added to the scene when first used.
 pub(super) struct Materials<'a> {
     textures: Textures<'a>,
     added: Vec<Option<u32>>,
     default: Option<u32>,
-    not_read: BTreeSet<&'static str>,
+    not_read: BTreeSet<String>,
 }
 
 impl<'a> Materials<'a> {
@@ -36,10 +33,10 @@ impl<'a> Materials<'a> {
         }
         let json = &self.textures.document.materials[index];
         if let Some(extensions) = &json.extensions {
-            self.not_read.extend(NOT_READ.iter().filter(|&&name| extensions.others.contains_key(name)));
+            self.not_read.extend(extensions.others.keys().filter(|name| is_missed(name)).cloned());
         }
         if json.occlusion_texture.is_some() {
-            self.not_read.insert("occlusion (paths find themselves what is hidden)");
+            self.not_read.insert("occlusion (paths find themselves what is hidden)".into());
         }
         let material = self.convert(json, out);
         *self.added[index].insert(out.material(material))
@@ -57,7 +54,7 @@ impl<'a> Materials<'a> {
     /// Tells what is not read.
     pub fn finish(self, out: &mut Emitter) {
         if !self.not_read.is_empty() {
-            let names: Vec<&str> = self.not_read.into_iter().collect();
+            let names: Vec<String> = self.not_read.into_iter().collect();
             let names = names.join(", ");
             out.warn(self.textures.path, format_args!("of materials this is not read: {names}"));
         }
@@ -130,14 +127,7 @@ impl<'a> Materials<'a> {
         }
         let (textures, not_read) = (self.textures, &mut self.not_read);
         Layers { textures, extensions, not_read, out }.read(material);
-        if extensions.unlit.is_some() {
-            // Shows its color whatever light there is: as if it shone by itself.
-            material.emission = std::mem::replace(&mut material.base_color, [0.0; 3]);
-            material.textures.emission = material.textures.base_color;
-            (material.metallic, material.roughness, material.specular) = (0.0, 1.0, 0.0);
-            (material.textures.metallic, material.textures.roughness) = (None, None);
-            (material.clearcoat, material.sheen) = Default::default();
-        }
+        material.unlit = extensions.unlit.is_some();
     }
 
     fn take_specular(&self, material: &mut Material, specular: &Specular, out: &mut Emitter) {
@@ -150,14 +140,22 @@ impl<'a> Materials<'a> {
         material.textures.specular_color = texture(&specular.specular_color_texture, true, out);
     }
 
+    /// The reflectance of a boundary straight on is 0.04 times its color (KHR_materials_specular), so that any can be had.
     fn take_glossiness(&self, material: &mut Material, glossy: &PbrSpecularGlossiness, out: &mut Emitter) {
         let [red, green, blue, opacity] = glossy.diffuse_factor.0;
         (material.base_color, material.alpha) = ([red, green, blue], opacity);
         (material.metallic, material.roughness) = (0.0, 1.0 - glossy.glossiness_factor.0);
         (material.textures.metallic, material.textures.roughness) = (None, None);
-        let texture = glossy.diffuse_texture.as_ref();
-        material.textures.base_color =
-            texture.and_then(|info| self.textures.get(&Named::of(info), true, out));
+        material.specular_color = glossy.specular_factor.0.map(|c| c / 0.04);
+        let mut texture = |info: &Option<gltf::json::texture::Info>| {
+            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), true, out))
+        };
+        material.textures.base_color = texture(&glossy.diffuse_texture);
+        let specular = texture(&glossy.specular_glossiness_texture);
+        (material.textures.specular_color, material.textures.glossiness) = (specular, specular);
+        if specular.is_none() && glossy.specular_glossiness_texture.is_some() {
+            (material.specular_color, material.roughness) = ([1.0; 3], 1.0);
+        }
     }
 }
 

@@ -46,6 +46,10 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
     let map = Map::open(path)?;
     let container = glb::split(path, &map)?;
     let document = Document::parse(path, container.json)?;
+    let missed: Vec<&str> = document.missed_extensions().collect();
+    if !missed.is_empty() {
+        out.warn(path, format_args!("of extensions this is not read: {}", missed.join(", ")));
+    }
     let buffers = Buffers::new(path, &document, &map, container.binary, out.options);
     let scene = nodes::walk(path, &document, out)?;
 

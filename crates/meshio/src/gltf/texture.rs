@@ -37,13 +37,8 @@ impl Textures<'_> {
         if out.options.bare {
             return None;
         }
-        match self.find(named) {
-            Ok((source, texture)) => {
-                if let ImageSource::File(path) = &source {
-                    out.note_file(path);
-                }
-                Some(out.texture(source, is_srgb, texture))
-            }
+        match self.find(named, out) {
+            Ok((source, texture)) => Some(out.texture(source, is_srgb, texture)),
             Err(what) => {
                 out.warn(self.path, format_args!("textures[{}] is left out: {what}", named.index));
                 None
@@ -51,10 +46,10 @@ impl Textures<'_> {
         }
     }
 
-    fn find(&self, named: &Named) -> Result<(ImageSource, Texture), String> {
+    fn find(&self, named: &Named, out: &mut Emitter) -> Result<(ImageSource, Texture), String> {
         let entry = self.document.textures.get(named.index).ok_or("there is no such texture")?;
         let image = image_of(entry).ok_or("it names no image of a known format")?;
-        let source = self.source(image)?;
+        let source = self.source(image, out)?;
         let sampler = match entry.sampler {
             None => Sampler::default(),
             Some(sampler) => self.document.samplers.get(sampler as usize).cloned().unwrap_or_default(),
@@ -74,7 +69,7 @@ impl Textures<'_> {
         Ok((source, texture))
     }
 
-    fn source(&self, image: u32) -> Result<ImageSource, String> {
+    fn source(&self, image: u32, out: &mut Emitter) -> Result<ImageSource, String> {
         let entry = self.document.images.get(image as usize).ok_or("it names an image that is not there")?;
         match (&entry.uri, entry.buffer_view) {
             (Some(uri), _) if uri.starts_with("data:") => {
@@ -84,6 +79,7 @@ impl Textures<'_> {
                 let literal = resolve(self.path, uri).ok().filter(|path| path.is_file());
                 let path = literal.map_or_else(|| resolve(self.path, &percent_decoded(uri)), Ok);
                 let path = path.map_err(|reason| format!("'{uri}' is not read: {reason}"))?;
+                out.note_file(&path);
                 match path.is_file() {
                     true => Ok(ImageSource::File(path)),
                     false => Err(format!("there is no file '{uri}'; put it next to this one")),

@@ -87,16 +87,17 @@ impl TextureMap {
     /// Gives the material the texture. What cannot be had is told.
     fn apply(&self, material: &mut Material, base_color: Option<&TextureMap>, out: &mut Emitter) {
         let path = match resolve(&self.library, &self.file) {
-            Ok(path) if path.is_file() => path,
-            Ok(_) => {
-                let what = format!("there is no texture '{}'; put it next to this file", self.file);
+            Ok(path) => path,
+            Err(reason) => {
+                let what = format!("texture '{}' is not read: {reason}", self.file);
                 return out.warn(&self.library, what);
             }
-            Err(reason) => {
-                return out
-                    .warn(&self.library, format_args!("texture '{}' is not read: {reason}", self.file));
-            }
         };
+        out.note_file(&path);
+        if !path.is_file() {
+            let what = format!("there is no texture '{}'; put it next to this file", self.file);
+            return out.warn(&self.library, what);
+        }
         if self.slot == Slot::Opacity {
             material.alpha_mode = AlphaMode::Blend;
             // The opacity that comes with the colors.
@@ -104,7 +105,6 @@ impl TextureMap {
                 return;
             }
         }
-        out.note_file(&path);
         let wrap = if self.is_clamped { Wrap::Clamp } else { Wrap::Repeat };
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         // The first row of an image is the upper one, where v is 1.

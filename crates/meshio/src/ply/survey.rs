@@ -7,14 +7,14 @@ use super::{axes, check_count, element_error, index_list, is_in_place};
 use crate::map::Map;
 use crate::number::{parse_i64, words};
 use crate::survey::Survey;
-use crate::{Place, Result};
+use crate::{ImportOptions, Place, Result};
 use std::path::Path;
 
 /// The end of a text, as a sample of its faces.
 const SAMPLE_BYTES: usize = 1 << 16;
 
 /// Tells what the file at `path` holds.
-pub(crate) fn survey(path: &Path) -> Result<Survey> {
+pub(crate) fn survey(path: &Path, options: &ImportOptions) -> Result<Survey> {
     let map = Map::open(path)?;
     let header = Header::parse(path, &map)?;
     let mut survey = Survey { is_exact: true, bytes: map.len() as u64, ..Survey::default() };
@@ -35,7 +35,8 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
                 axes(path, element)?;
                 has_vertices = true;
                 survey.vertices = element.count;
-                let colored = if colors(element).is_some() { element.count } else { 0 };
+                let has_colors = !options.bare && colors(element).is_some();
+                let colored = if has_colors { element.count } else { 0 };
                 survey.attributed_vertices = colored;
                 let is_kept = !is_in_place(element, header.encoding);
                 survey.kept_vertices = if is_kept { element.count.saturating_add(colored) } else { 0 };

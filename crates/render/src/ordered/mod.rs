@@ -70,11 +70,12 @@ pub fn render_ordered(
             is_stopped: AtomicBool::new(false),
             watch,
         };
+        let branches = shader.most_branches();
         let starts_at_a_time = match order.scratch {
-            Some(_) => MOST_PATHS,
+            Some(_) => MOST_PATHS / branches as u64,
             None => {
-                let rays_a_path = SHADOW_RAYS_A_PATH + shader.most_branches();
-                order.buffer_bytes / (STORES * rays_a_path * RayStore::<Waiting>::RAY_BYTES) as u64
+                let path_bytes = branches * RAYS_A_BRANCH * RayStore::<Waiting>::RAY_BYTES;
+                order.buffer_bytes / (STORES * path_bytes) as u64
             }
         };
         job.run(begin.next, starts_at_a_time)
@@ -84,13 +85,14 @@ pub fn render_ordered(
 /// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays.
 pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
 
-/// Most paths whose generations are traced one after the other; a pause has to wait for them.
+/// Most paths, with their branches, whose generations are traced one after the other; a pause has to wait for them.
 const MOST_PATHS: u64 = 1 << 24;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
-/// Shadow rays that a path has in a generation, at about.
-const SHADOW_RAYS_A_PATH: usize = 2;
+/// Rays that a path, or a branch of one, has in a generation at most: for lamps, lights without a surface and the sky, and the
+/// one that goes on.
+const RAYS_A_BRANCH: usize = 4;
 
 /// A ray that waits, with its errand.
 #[repr(C)]

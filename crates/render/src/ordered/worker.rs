@@ -17,13 +17,16 @@ use bytemuck::Zeroable;
 use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::SortedRays;
-use raystrips_tracer::{OpenError, PACKET};
+use raystrips_tracer::OpenError;
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Rays that a thread takes at a time, with those that they become.
+/// Rays that a thread takes at a time.
 const BATCH_RAYS: usize = 4096;
+/// Rays that shading may ask for before they are handed on.
+const MOST_NEXT: usize = 4 * BATCH_RAYS;
 /// Deposits that a worker gathers before it asks for the film.
 const MOST_DEPOSITS: usize = 1 << 14;
 
@@ -72,19 +75,16 @@ impl<'a> Worker<'a> {
         if job.is_stopped.load(Ordering::Relaxed) {
             return Ok(());
         }
-        let packets: Vec<CameraPacket> = job.starts.packets(batch).collect();
-        for packets in packets.chunks(BATCH_RAYS.div_ceil(PACKET * job.shader.most_branches())) {
-            let begin = Instant::now();
-            self.rays.clear();
-            self.paths.clear();
-            packets.iter().for_each(|&packet| self.generate(packet));
-            self.stats.primary += self.rays.len() as u64;
-            self.stats.seconds.generate += begin.elapsed().as_secs_f64();
-            self.find_hits(true)?;
-            self.shade()?;
-            self.hand_on()?;
+        let begin = Instant::now();
+        self.rays.clear();
+        self.paths.clear();
+        for packet in job.starts.packets(batch) {
+            self.generate(packet);
         }
-        Ok(())
+        self.stats.primary += self.rays.len() as u64;
+        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+        self.find_hits(true)?;
+        self.shade()
     }
 
     fn generate(&mut self, packet: CameraPacket) {
@@ -105,8 +105,7 @@ impl<'a> Worker<'a> {
             let begin = Instant::now();
             self.batch.clear();
             let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
-            rays.next(BATCH_RAYS.div_ceil(job.shader.most_branches()), &mut self.batch)
-                .map_err(|e| job.scratch_error(e))?;
+            rays.next(BATCH_RAYS, &mut self.batch).map_err(|e| job.scratch_error(e))?;
             drop(rays);
             if self.batch.is_empty() {
                 return Ok(());
@@ -116,7 +115,6 @@ impl<'a> Worker<'a> {
             self.resolve_shadows()?;
             self.find_hits(false)?;
             self.shade()?;
-            self.hand_on()?;
         }
         Ok(())
     }
@@ -165,13 +163,28 @@ impl<'a> Worker<'a> {
         Ok(())
     }
 
-    /// Shades what rays hit.
-    fn shade(&mut self) -> Result<(), OpenError> {
+    /// Shades what rays hit, and hands on what came of it.
+    fn shade(&mut self) -> Result<(), RenderError> {
+        let most = MOST_NEXT.div_ceil(self.job.shader.most_branches());
+        let mut first = 0;
+        while first < self.rays.len() {
+            let end = self.rays.len().min(first + most);
+            self.shade_some(first..end)?;
+            if self.next.len() >= MOST_NEXT || end == self.rays.len() {
+                self.hand_on()?;
+            }
+            first = end;
+        }
+        Ok(())
+    }
+
+    fn shade_some(&mut self, range: Range<usize>) -> Result<(), OpenError> {
         let begin = Instant::now();
         let Job { world, materials, shader, params, .. } = *self.job;
         let RenderParams { width, seed, .. } = *params;
         let are_see_through = materials.are_see_through();
-        let answers = self.rays.iter().zip(&self.paths).zip(self.hits.iter().zip(&self.surfaces));
+        let seen = self.rays[range.clone()].iter().zip(&self.paths[range.clone()]);
+        let found = self.hits[range.clone()].iter().zip(&self.surfaces[range]);
         let next = std::cell::RefCell::new(&mut self.next);
         let mut shadow = |ray, light: PendingLight| {
             let waiting = if are_see_through {
@@ -188,7 +201,7 @@ impl<'a> Worker<'a> {
         };
         let mut branch = go_on;
         let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow, branch: &mut branch };
-        for ((ray, path), (hit, surface)) in answers {
+        for ((ray, path), (hit, surface)) in seen.zip(found) {
             let mut path = path.path(width, seed);
             let hit = Seen { world, materials, ray, path: &path }.surface(hit, surface)?;
             path.widen(hit.as_ref());

@@ -55,7 +55,17 @@ impl Errand {
         Errand::FindTexturedLamps,
     ];
 
+    /// Paths know it by its number.
+    const ARE_IN_ORDER: () = {
+        let mut number = 0;
+        while number < Errand::ALL.len() {
+            assert!(Errand::ALL[number] as usize == number);
+            number += 1;
+        }
+    };
+
     fn of(path: &Path) -> Errand {
+        const { Errand::ARE_IN_ORDER }
         Errand::ALL[usize::from(path.errand)]
     }
 

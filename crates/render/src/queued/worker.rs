@@ -17,6 +17,7 @@ use crate::{
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::{Amount, Work};
 use raystrips_tracer::{Buffered, Cursor, OpenError, PACKET, RayBuffer, Visit, VisitTracer, page_of};
+use std::cell::RefCell;
 use std::sync::PoisonError;
 use std::time::Instant;
 
@@ -247,9 +248,7 @@ impl<'a> Worker<'a> {
         self.stats.seconds.trace += begin.elapsed().as_secs_f64();
         let after = self.current.left();
         self.trace_packets(tracer, most);
-        let answered = self.answers.len().min(MOST_NEXT);
-        self.shade(visit)?;
-        Ok(before - after + answered)
+        Ok(before - after + self.shade(visit)?)
     }
 
     /// Goes on with what shading asked for, before what is left: so that it does not become more than a few thousand rays.
@@ -270,25 +269,33 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Shades the answers whose surfaces are in memory.
-    fn shade<'v>(&mut self, visit: &'v Visit<'v>) -> Result<(), OpenError> {
+    /// Shades answers whose surfaces are in memory, as long as not too many rays come of it. Tells how many they were.
+    fn shade<'v>(&mut self, visit: &'v Visit<'v>) -> Result<usize, OpenError> {
         let begin = Instant::now();
-        let Job { world, materials, shader, .. } = *self.job;
-        let Worker { next, next_shadow, deposits, set_aside, stats, .. } = self;
-        let before = next_shadow.len();
+        let Job { world, materials, shader, params, .. } = *self.job;
+        let &RenderParams { width, seed, .. } = params;
+        let Worker { answers, next, next_shadow, deposits, set_aside, stats, .. } = self;
+        let next = RefCell::new(next);
+        let go_on = |ray, path: &Path| next.borrow_mut().push(ray, WaitingPath::new(path));
+        let (mut shadows, mut branches) = (0, 0);
         // Where surfaces are see-through, shadow rays go on as paths do.
         let are_see_through = materials.are_see_through();
-        let mut shadow_paths = Vec::new();
-        let mut shadow = |ray, light| match are_see_through {
-            true => shadow_paths.push((ray, WaitingPath::new(&shadow::path(light)))),
-            false => next_shadow.push(ray, light),
+        let mut shadow = |ray, light| {
+            shadows += 1;
+            match are_see_through {
+                true => go_on(ray, &shadow::path(light)),
+                false => next_shadow.push(ray, light),
+            }
         };
-        let mut branches = Vec::new();
-        let mut branch = |ray, path: &Path| branches.push((ray, WaitingPath::new(path)));
+        let mut branch = |ray, path: &Path| {
+            branches += 1;
+            go_on(ray, path);
+        };
         let mut out = ShadeOutput { deposits, shadow: &mut shadow, branch: &mut branch };
-        let RenderParams { width, seed, .. } = *self.job.params;
-        let first = self.answers.len().saturating_sub(MOST_NEXT.div_ceil(shader.most_branches()));
-        for answer in self.answers.drain(first..) {
+        let before = answers.len();
+        while next.borrow().len() < MOST_NEXT
+            && let Some(answer) = answers.pop()
+        {
             let Answer { path, ray, hit } = &answer;
             let surface = if hit.is_hit() {
                 let Some(page) = visit.page(page_of(hit)) else {
@@ -302,20 +309,19 @@ impl<'a> Worker<'a> {
             let mut path = path.path(width, seed);
             let hit = Seen { world, materials, ray, path: &path }.surface(hit, &surface)?;
             path.widen(hit.as_ref());
-            let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
-            if let Some(ray) = goes_on {
+            if let Some(ray) = follow(shader, &mut path, ray, hit.as_ref(), &mut out) {
                 stats.count(&path);
-                next.push(ray, WaitingPath::new(&path));
+                go_on(ray, &path);
             }
         }
-        self.stats.shadow += (self.next_shadow.len() - before + shadow_paths.len()) as u64;
-        self.stats.secondary += branches.len() as u64;
-        shadow_paths.iter().chain(&branches).for_each(|(ray, path)| self.next.push(*ray, *path));
-        self.stats.seconds.shade += begin.elapsed().as_secs_f64();
+        stats.shadow += shadows;
+        stats.secondary += branches;
+        stats.seconds.shade += begin.elapsed().as_secs_f64();
+        let answered = before - answers.len();
         if self.deposits.len() > MOST_DEPOSITS {
             self.flush();
         }
-        Ok(())
+        Ok(answered)
     }
 
     /// True if nothing is left to be traced here.

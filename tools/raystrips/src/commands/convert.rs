@@ -76,19 +76,29 @@ pub fn convert_with(
     let result = pool.install(|| convert(inputs, output, &params, &progress));
     progress.finish();
     let report = result?;
-    for warning in &report.warnings {
-        eprintln!("raystrips: warning: {warning}");
-    }
+    tell(&notes(&report));
+    Ok(report)
+}
+
+/// What to tell of warnings and repairs, a line for each.
+pub fn notes(report: &ConvertReport) -> Vec<String> {
+    let mut notes: Vec<String> =
+        report.warnings.iter().map(|warning| format!("warning: {warning}")).collect();
     let dropped = &report.manifest.dropped;
     if *dropped != Default::default() {
-        eprintln!(
-            "raystrips: left out triangles and segments: {} without area, {} not finite, {} out of range",
+        notes.push(format!(
+            "left out triangles and segments: {} without area, {} not finite, {} out of range",
             grouped(dropped.degenerate),
             grouped(dropped.non_finite),
             grouped(dropped.out_of_range)
-        );
+        ));
     }
-    Ok(report)
+    notes
+}
+
+/// Tells notes on standard error.
+pub fn tell(notes: &[String]) {
+    notes.iter().for_each(|note| eprintln!("raystrips: {note}"));
 }
 
 fn seconds(report: &ConvertReport) -> serde_json::Value {
