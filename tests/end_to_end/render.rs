@@ -126,6 +126,25 @@ fn files_that_a_scene_names_count_too() {
 }
 
 #[test]
+fn a_file_that_was_missing_counts_when_it_comes() {
+    let folder = Folder::new();
+    folder.write("a.obj", Mesh::cuboid([1.0; 3]).obj(&[(0, "red")]));
+    let picture = || {
+        let outcome = folder.run(&format!("render a.obj -o a.png {QUICK}")).done_with_notes();
+        assert!(outcome.stderr.contains("paints.mtl"), "{outcome:#?}");
+        folder.read("a.png")
+    };
+    // What was told is told again.
+    let gray = picture();
+    let (_, written) = cached(&folder, "cache");
+    assert!(picture() == gray);
+    assert_eq!(cached(&folder, "cache").1, written);
+    folder.write("paints.mtl", PAINTS);
+    render(&folder, "a.obj", &format!("-o a.png {QUICK}"));
+    assert!(folder.read("a.png") != gray);
+}
+
+#[test]
 fn without_a_cache_folder_it_is_the_users() {
     let folder = Folder::new();
     folder.write("a.obj", Mesh::cuboid([1.0; 3]).obj(&[]));

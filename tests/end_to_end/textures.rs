@@ -2,7 +2,7 @@
 
 use crate::pictures::Exr;
 use crate::support::Folder;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// Codes of the four quarters of [`quarters`]: upper left, upper right, lower left, lower right.
 const QUARTERS: [[u8; 4]; 4] = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [188, 188, 188, 0]];
@@ -77,69 +77,145 @@ fn the_first_row_of_a_texture_is_up_in_obj() {
     assert_eq!(bare["bytes_per_triangle"], full["bytes_per_triangle"]);
 }
 
-#[test]
-fn the_first_row_of_a_texture_is_where_v_is_0_in_gltf() {
-    let folder = Folder::new();
-    let image = quarters(64);
-    let corners: [([f32; 3], [f32; 2]); 4] = [
-        ([-1.0, 0.0, 1.0], [0.0, 1.0]),
-        ([1.0, 0.0, 1.0], [1.0, 1.0]),
-        ([1.0, 0.0, -1.0], [1.0, 0.0]),
-        ([-1.0, 0.0, -1.0], [0.0, 0.0]),
-    ];
-    let mut binary: Vec<u8> = corners.iter().flat_map(|c| c.0).flat_map(f32::to_le_bytes).collect();
-    binary.extend(corners.iter().flat_map(|c| c.1).flat_map(f32::to_le_bytes));
-    binary.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
-    let image_at = binary.len();
-    binary.extend(&image);
-    folder.write("a.bin", &binary);
-    let document = |texture: serde_json::Value, material: serde_json::Value| {
-        json!({
+/// The square of [`SQUARE`] as a.gltf, with one texture of an image. Corners are of the colors red, green, blue and white where
+/// these are wanted.
+struct Gltf<'a> {
+    image: &'a [u8],
+    texture: Value,
+    material: Value,
+    has_colors: bool,
+}
+
+impl Gltf<'_> {
+    fn write(&self, folder: &Folder) {
+        let corners: [([f32; 3], [f32; 2], [f32; 3]); 4] = [
+            ([-1.0, 0.0, 1.0], [0.0, 1.0], [0.0, 0.0, 1.0]),
+            ([1.0, 0.0, 1.0], [1.0, 1.0], [1.0, 1.0, 1.0]),
+            ([1.0, 0.0, -1.0], [1.0, 0.0], [0.0, 1.0, 0.0]),
+            ([-1.0, 0.0, -1.0], [0.0, 0.0], [1.0, 0.0, 0.0]),
+        ];
+        let mut binary: Vec<u8> = corners.iter().flat_map(|c| c.0).flat_map(f32::to_le_bytes).collect();
+        binary.extend(corners.iter().flat_map(|c| c.1).flat_map(f32::to_le_bytes));
+        binary.extend(corners.iter().flat_map(|c| c.2).flat_map(f32::to_le_bytes));
+        binary.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
+        binary.extend(self.image);
+        folder.write("a.bin", &binary);
+        let mut attributes = json!({"POSITION": 0, "TEXCOORD_0": 1});
+        if self.has_colors {
+            attributes["COLOR_0"] = json!(2);
+        }
+        let document = json!({
             "asset": {"version": "2.0"},
             "scenes": [{"nodes": [0]}],
             "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [
-                {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}
-            ]}],
-            "materials": [material],
-            "textures": [texture],
-            "images": [{"bufferView": 3, "mimeType": "image/png"}],
+            "meshes": [{"primitives": [{"attributes": attributes, "indices": 3, "material": 0}]}],
+            "materials": [self.material],
+            "textures": [self.texture],
+            "images": [{"bufferView": 4, "mimeType": "image/png"}],
             "accessors": [
                 {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
                 {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
-                {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}
+                {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"},
+                {"bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR"}
             ],
             "bufferViews": [
                 {"buffer": 0, "byteLength": 48},
                 {"buffer": 0, "byteOffset": 48, "byteLength": 32},
-                {"buffer": 0, "byteOffset": 80, "byteLength": 12},
-                {"buffer": 0, "byteOffset": image_at, "byteLength": image.len()}
+                {"buffer": 0, "byteOffset": 80, "byteLength": 48},
+                {"buffer": 0, "byteOffset": 128, "byteLength": 12},
+                {"buffer": 0, "byteOffset": 140, "byteLength": self.image.len()}
             ],
             "buffers": [{"byteLength": binary.len(), "uri": "a.bin"}]
-        })
-        .to_string()
+        });
+        folder.write("a.gltf", document.to_string());
+        scene(folder, "a.gltf");
+    }
+}
+
+#[test]
+fn the_first_row_of_a_texture_is_where_v_is_0_in_gltf() {
+    let folder = Folder::new();
+    let image = quarters(64);
+    let write = |image: &[u8], texture: Value, info: Value| {
+        let material = json!({"pbrMetallicRoughness": {"baseColorTexture": info, "metallicFactor": 0.0}});
+        Gltf { image, texture, material, has_colors: false }.write(&folder);
     };
-    let textured = |info: serde_json::Value| json!({"pbrMetallicRoughness": {"baseColorTexture": info, "metallicFactor": 0.0}});
-    folder.write("a.gltf", document(json!({"source": 0}), textured(json!({"index": 0}))));
-    scene(&folder, "a.gltf");
+    write(&image, json!({"source": 0}), json!({"index": 0}));
     assert_quarters(albedo(&folder, "scene.toml --cache cache"), COLORS);
 
     // Moved by half of its width: the left and the right half change their places.
     let moved = json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.0]}}});
-    folder.write("a.gltf", document(json!({"source": 0}), textured(moved)));
+    write(&image, json!({"source": 0}), moved);
     let [a, b, c, d] = COLORS;
     assert_quarters(albedo(&folder, "scene.toml --cache cache"), [b, a, d, c]);
 
     // One clear line each, and a picture without the texture.
     for (texture, what) in [(json!({"source": 7}), "is not there"), (json!({}), "names no image")] {
-        folder.write("a.gltf", document(texture, textured(json!({"index": 0}))));
+        write(&image, texture, json!({"index": 0}));
         let outcome = folder.run("convert a.gltf -o b.rsp").done_with_notes();
         assert!(outcome.stderr.contains("textures[0]") && outcome.stderr.contains(what), "{outcome:#?}");
     }
-    folder.write("a.bin", [&binary[..image_at + 60], &vec![0; image.len() - 60][..]].concat());
-    folder.write("a.gltf", document(json!({"source": 0}), textured(json!({"index": 0}))));
-    let outcome = folder.run("convert a.gltf -o b.rsp").done_with_notes();
-    assert!(outcome.stderr.contains("materials are without it"), "{outcome:#?}");
+}
+
+/// An image that cannot be read takes away what it says, and is not white.
+#[test]
+fn damaged_textures_are_left_out() {
+    let folder = Folder::new();
+    let mut image = quarters(64);
+    image[60..].fill(0);
+    let info = json!({"index": 0});
+    let material = json!({
+        "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicRoughnessTexture": info},
+        "normalTexture": info, "emissiveTexture": info, "emissiveFactor": [9, 9, 9]
+    });
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false }.write(&folder);
+    let outcome = folder.run("render scene.toml -o a.exr --cache cache --size 16x16 --spp 64 --bounces 1");
+    assert!(outcome.done_with_notes().stderr.contains("materials are without it"));
+    let exr = Exr::read(&folder.path("a.exr"));
+    // White would glow, be a metal, and lean.
+    let normal = ["normal.X", "normal.Y", "normal.Z"].map(|name| exr.channels[name][8 * 16 + 8]);
+    assert!((normal[1] - 1.0).abs() < 1e-3, "{normal:?}");
+    let [light, ..] = exr.rgb(8, 8);
+    assert!((light - 0.5).abs() < 0.05, "{light}");
+}
+
+#[test]
+fn unlit_surfaces_are_of_the_color_of_their_texture_and_vertices() {
+    let folder = Folder::new();
+    let image = image(4, |_, _| [188, 188, 188, 255]);
+    let material = json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 0.5, 1]},
+        "extensions": {"KHR_materials_unlit": {}}
+    });
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: true }.write(&folder);
+    folder.run("render scene.toml -o a.exr --cache cache --size 64x64 --spp 1").done();
+    let exr = Exr::read(&folder.path("a.exr"));
+    for (place, of_vertices) in [((0, 0), [1.0, 0.0, 0.0]), ((63, 63), [1.0, 1.0, 1.0])] {
+        let found = exr.rgb(place.0, place.1);
+        for (channel, factor) in [0.503, 0.503, 0.2515].into_iter().enumerate() {
+            assert!((found[channel] - factor * of_vertices[channel]).abs() < 0.03, "{found:?}");
+        }
+    }
+}
+
+/// Far away a mean of what is cut out and what is left would be all there, or all gone.
+#[test]
+fn masks_are_cut_out_at_any_distance() {
+    let folder = Folder::new();
+    let image = image(256, |x, y| [255, 255, 255, if x % 2 == 0 && y % 2 == 0 { 0 } else { 255 }]);
+    let material = json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0},
+        "alphaMode": "MASK", "alphaCutoff": 0.5, "emissiveFactor": [1, 1, 1]
+    });
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false }.write(&folder);
+    let black_sky = FROM_ABOVE.replace("color = [1.0, 1.0, 1.0]", "color = [0.0, 0.0, 0.0]");
+    folder.write("scene.toml", format!("{black_sky}[[model]]\nfile = \"a.gltf\"\n"));
+    folder.run("render scene.toml -o a.exr --cache cache --size 8x8 --spp 256 --bounces 0").done();
+    let exr = Exr::read(&folder.path("a.exr"));
+    let all: f64 = (0..64).map(|i| exr.rgb(i % 8, i / 8)[0]).sum();
+    // Between texels, a quarter of which are clear, opacity is x + y - x y: at least a half but for a part of (1 - ln 2) / 2.
+    let share = 1.0 - (1.0 - f64::ln(2.0)) / 2.0;
+    assert!((all / 64.0 - share).abs() < 0.01, "{} instead of {share}", all / 64.0);
 }
 
 #[test]

@@ -129,3 +129,35 @@ fn brushed_materials_keep_texture_coordinates() {
         assert_eq!(sink.0[0].streams.has(Streams::TEX_COORDS_0), keeps, "{strength}");
     }
 }
+
+#[test]
+fn specular_and_glossiness_are_read_whole() {
+    let (found, warnings, scene) = material(json!({"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.5, 0.25, 0.125, 1.0], "specularFactor": [0.04, 0.5, 1.0], "glossinessFactor": 0.75,
+        "specularGlossinessTexture": {"index": 0}
+    }}));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!((found.base_color, found.metallic, found.roughness), ([0.5, 0.25, 0.125], 0.0, 0.25));
+    assert!(found.specular_color.iter().zip([1.0, 12.5, 25.0]).all(|(a, b)| (a - b).abs() < 1e-5));
+    assert!(found.textures.glossiness.is_some());
+    assert_eq!(found.textures.glossiness, found.textures.specular_color);
+    assert!(scene.images[0].is_srgb);
+    // Without its texture a factor of 1 would make a mirror of everything.
+    let missing = json!({"specularGlossinessTexture": {"index": 99}});
+    let (found, _, _) = material(json!({ "KHR_materials_pbrSpecularGlossiness": missing }));
+    assert_eq!((found.specular_color, found.roughness), ([1.0; 3], 1.0));
+}
+
+#[test]
+fn unlit_is_read_and_what_is_not_is_named() {
+    let (found, warnings, _) = material(json!({ "KHR_materials_unlit": {}, "ABC_glitter": {} }));
+    assert!(found.unlit && warnings.len() == 1 && warnings[0].contains("ABC_glitter"), "{warnings:?}");
+    let used = |name: &str, list: &str| read(|document, _| document[list] = json!([name]));
+    for (name, is_told) in [("ABC_other", true), ("KHR_materials_variants", false), ("KHR_xmp", false)] {
+        let warnings = used(name, "extensionsUsed").unwrap().0.report.warnings;
+        assert_eq!(warnings.iter().any(|warning| warning.contains(name)), is_told, "{warnings:?}");
+    }
+    for (name, is_refused) in [("KHR_materials_dispersion", true), ("KHR_materials_unlit", false)] {
+        assert_eq!(used(name, "extensionsRequired").is_err(), is_refused, "{name}");
+    }
+}
