@@ -84,6 +84,8 @@ struct Gltf<'a> {
     texture: Value,
     material: Value,
     has_colors: bool,
+    /// Of all corners, with their normals.
+    tangent: Option<[f32; 4]>,
 }
 
 impl Gltf<'_> {
@@ -97,12 +99,18 @@ impl Gltf<'_> {
         let mut binary: Vec<u8> = corners.iter().flat_map(|c| c.0).flat_map(f32::to_le_bytes).collect();
         binary.extend(corners.iter().flat_map(|c| c.1).flat_map(f32::to_le_bytes));
         binary.extend(corners.iter().flat_map(|c| c.2).flat_map(f32::to_le_bytes));
+        binary.extend([[0.0f32, 1.0, 0.0]; 4].as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+        let tangents = [self.tangent.unwrap_or_default(); 4];
+        binary.extend(tangents.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
         binary.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
         binary.extend(self.image);
         folder.write("a.bin", &binary);
         let mut attributes = json!({"POSITION": 0, "TEXCOORD_0": 1});
         if self.has_colors {
             attributes["COLOR_0"] = json!(2);
+        }
+        if self.tangent.is_some() {
+            (attributes["NORMAL"], attributes["TANGENT"]) = (json!(4), json!(5));
         }
         let document = json!({
             "asset": {"version": "2.0"},
@@ -116,14 +124,18 @@ impl Gltf<'_> {
                 {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
                 {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
                 {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"},
-                {"bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR"}
+                {"bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR"},
+                {"bufferView": 5, "componentType": 5126, "count": 4, "type": "VEC3"},
+                {"bufferView": 6, "componentType": 5126, "count": 4, "type": "VEC4"}
             ],
             "bufferViews": [
                 {"buffer": 0, "byteLength": 48},
                 {"buffer": 0, "byteOffset": 48, "byteLength": 32},
                 {"buffer": 0, "byteOffset": 80, "byteLength": 48},
-                {"buffer": 0, "byteOffset": 128, "byteLength": 12},
-                {"buffer": 0, "byteOffset": 140, "byteLength": self.image.len()}
+                {"buffer": 0, "byteOffset": 240, "byteLength": 12},
+                {"buffer": 0, "byteOffset": 252, "byteLength": self.image.len()},
+                {"buffer": 0, "byteOffset": 128, "byteLength": 48},
+                {"buffer": 0, "byteOffset": 176, "byteLength": 64}
             ],
             "buffers": [{"byteLength": binary.len(), "uri": "a.bin"}]
         });
@@ -138,7 +150,7 @@ fn the_first_row_of_a_texture_is_where_v_is_0_in_gltf() {
     let image = quarters(64);
     let write = |image: &[u8], texture: Value, info: Value| {
         let material = json!({"pbrMetallicRoughness": {"baseColorTexture": info, "metallicFactor": 0.0}});
-        Gltf { image, texture, material, has_colors: false }.write(&folder);
+        Gltf { image, texture, material, has_colors: false, tangent: None }.write(&folder);
     };
     write(&image, json!({"source": 0}), json!({"index": 0}));
     assert_quarters(albedo(&folder, "scene.toml --cache cache"), COLORS);
@@ -168,7 +180,8 @@ fn damaged_textures_are_left_out() {
         "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicRoughnessTexture": info},
         "normalTexture": info, "emissiveTexture": info, "emissiveFactor": [9, 9, 9]
     });
-    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false }.write(&folder);
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false, tangent: None }
+        .write(&folder);
     let outcome = folder.run("render scene.toml -o a.exr --cache cache --size 16x16 --spp 64 --bounces 1");
     assert!(outcome.done_with_notes().stderr.contains("materials are without it"));
     let exr = Exr::read(&folder.path("a.exr"));
@@ -187,7 +200,8 @@ fn unlit_surfaces_are_of_the_color_of_their_texture_and_vertices() {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 0.5, 1]},
         "extensions": {"KHR_materials_unlit": {}}
     });
-    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: true }.write(&folder);
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: true, tangent: None }
+        .write(&folder);
     folder.run("render scene.toml -o a.exr --cache cache --size 64x64 --spp 1").done();
     let exr = Exr::read(&folder.path("a.exr"));
     for (place, of_vertices) in [((0, 0), [1.0, 0.0, 0.0]), ((63, 63), [1.0, 1.0, 1.0])] {
@@ -195,6 +209,38 @@ fn unlit_surfaces_are_of_the_color_of_their_texture_and_vertices() {
         for (channel, factor) in [0.503, 0.503, 0.2515].into_iter().enumerate() {
             assert!((found[channel] - factor * of_vertices[channel]).abs() < 0.03, "{found:?}");
         }
+    }
+}
+
+#[test]
+fn slopes_lean_along_tangents_where_a_file_has_them() {
+    let folder = Folder::new();
+    // To the right of the image.
+    let image = image(4, |_, _| [218, 128, 218, 255]);
+    let lean = |tangent, node: Value| {
+        let material =
+            json!({"normalTexture": {"index": 0}, "pbrMetallicRoughness": {"metallicFactor": 0.0}});
+        Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false, tangent }
+            .write(&folder);
+        let mut document: Value = serde_json::from_slice(&folder.read("a.gltf")).unwrap();
+        document["nodes"] = json!([node]);
+        folder.write("a.gltf", document.to_string());
+        folder.run("render scene.toml -o a.exr --cache cache --size 16x16 --spp 1").done();
+        let exr = Exr::read(&folder.path("a.exr"));
+        ["normal.X", "normal.Y", "normal.Z"].map(|name| exr.channels[name][8 * 16 + 8])
+    };
+    let half = 0.5f32.sqrt();
+    let plain = json!({"mesh": 0});
+    let mirrored = json!({"mesh": 0, "scale": [-1, 1, 1]});
+    for (tangent, node, expected) in [
+        (None, &plain, [half, half, 0.0]),
+        (Some([1.0, 0.0, 0.0, 1.0]), &plain, [half, half, 0.0]),
+        (Some([0.6, 0.0, 0.8, 1.0]), &plain, [0.6 * half, half, 0.8 * half]),
+        (Some([0.6, 0.0, 0.8, 1.0]), &mirrored, [-0.6 * half, half, 0.8 * half]),
+    ] {
+        let found = lean(tangent, node.clone());
+        let is_close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.01);
+        assert!(is_close, "{tangent:?} {node}: {found:?} instead of {expected:?}");
     }
 }
 
@@ -207,7 +253,8 @@ fn masks_are_cut_out_at_any_distance() {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0},
         "alphaMode": "MASK", "alphaCutoff": 0.5, "emissiveFactor": [1, 1, 1]
     });
-    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false }.write(&folder);
+    Gltf { image: &image, texture: json!({"source": 0}), material, has_colors: false, tangent: None }
+        .write(&folder);
     let black_sky = FROM_ABOVE.replace("color = [1.0, 1.0, 1.0]", "color = [0.0, 0.0, 0.0]");
     folder.write("scene.toml", format!("{black_sky}[[model]]\nfile = \"a.gltf\"\n"));
     folder.run("render scene.toml -o a.exr --cache cache --size 8x8 --spp 256 --bounces 0").done();

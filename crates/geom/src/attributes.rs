@@ -1,6 +1,7 @@
-//! What vertices have besides their positions: normals, texture coordinates, colors.
+//! What vertices have besides their positions: normals, texture coordinates, colors, tangents.
 //!
-//! Stored as one record a vertex, of the streams that there are: 4 bytes of normal, 8 of each texture coordinate, 8 of color.
+//! Stored as one record a vertex, of the streams that there are: 4 bytes of normal, 8 of each texture coordinate, 8 of color,
+//! 4 of tangent.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -19,8 +20,10 @@ impl Streams {
     pub const TEX_COORDS_1: Streams = Streams(4);
     /// Colors: red, green, blue, opacity of 16 bits each.
     pub const COLORS: Streams = Streams(8);
+    /// Tangents: two 16-bit coordinates on an octahedron.
+    pub const TANGENTS: Streams = Streams(16);
     /// All of them.
-    pub const ALL: Streams = Streams(15);
+    pub const ALL: Streams = Streams(31);
 
     /// Those with these bits; `None` if one of them means nothing.
     pub fn from_bits(bits: u8) -> Option<Streams> {
@@ -56,10 +59,14 @@ impl Streams {
 
     /// Bytes of a record.
     pub fn record_bytes(self) -> usize {
-        [(Streams::NORMALS, 4), (Streams::TEX_COORDS_0, 8), (Streams::TEX_COORDS_1, 8), (Streams::COLORS, 8)]
-            .iter()
-            .map(|&(stream, bytes)| if self.has(stream) { bytes } else { 0 })
-            .sum()
+        let streams = [
+            (Streams::NORMALS, 4),
+            (Streams::TEX_COORDS_0, 8),
+            (Streams::TEX_COORDS_1, 8),
+            (Streams::COLORS, 8),
+            (Streams::TANGENTS, 4),
+        ];
+        streams.iter().map(|&(stream, bytes)| if self.has(stream) { bytes } else { 0 }).sum()
     }
 }
 
@@ -72,19 +79,24 @@ pub struct Attributes {
     pub tex_coords: [Vec2; 2],
     /// Color, linear, and opacity: each 0 to 1.
     pub color: Vec4,
+    /// Unit vector along which the normal texture goes to its right; zero where it is not known.
+    pub tangent: Vec3,
 }
 
 impl Default for Attributes {
     fn default() -> Attributes {
-        Attributes { normal: Vec3::ZERO, tex_coords: [Vec2::ZERO; 2], color: Vec4::ONE }
+        Attributes { normal: Vec3::ZERO, tex_coords: [Vec2::ZERO; 2], color: Vec4::ONE, tangent: Vec3::ZERO }
     }
 }
 
 impl Attributes {
     /// Appends the record with these streams.
     pub fn encode(&self, streams: Streams, out: &mut Vec<u8>) {
+        let put = |direction, out: &mut Vec<u8>| {
+            octahedral(direction).iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+        };
         if streams.has(Streams::NORMALS) {
-            octahedral(self.normal).iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+            put(self.normal, out);
         }
         for (stream, uv) in [Streams::TEX_COORDS_0, Streams::TEX_COORDS_1].into_iter().zip(self.tex_coords) {
             if streams.has(stream) {
@@ -96,6 +108,9 @@ impl Attributes {
             let code = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
             self.color.to_array().iter().for_each(|&x| out.extend_from_slice(&code(x).to_le_bytes()));
         }
+        if streams.has(Streams::TANGENTS) {
+            put(self.tangent, out);
+        }
     }
 
     /// The attributes of a record, with what it lacks as by default.
@@ -104,8 +119,9 @@ impl Attributes {
     /// If the record is too short.
     pub fn decode(mut record: &[u8], streams: Streams) -> Attributes {
         let mut attributes = Attributes::default();
+        let direction = |record: &mut _| from_octahedral([0, 1].map(|_| i16::from_le_bytes(take(record))));
         if streams.has(Streams::NORMALS) {
-            attributes.normal = from_octahedral([0, 1].map(|_| i16::from_le_bytes(take(&mut record))));
+            attributes.normal = direction(&mut record);
         }
         for (stream, uv) in
             [Streams::TEX_COORDS_0, Streams::TEX_COORDS_1].into_iter().zip(&mut attributes.tex_coords)
@@ -118,6 +134,9 @@ impl Attributes {
             let color = [0; 4].map(|_: i32| f32::from(u16::from_le_bytes(take(&mut record))) / 65535.0);
             attributes.color = Vec4::from_array(color);
         }
+        if streams.has(Streams::TANGENTS) {
+            attributes.tangent = direction(&mut record);
+        }
         attributes
     }
 }
@@ -128,15 +147,15 @@ fn take<const N: usize>(record: &mut &[u8]) -> [u8; N] {
     *bytes
 }
 
-/// Where a coordinate would have no sign: no normal.
-const NO_NORMAL: i16 = i16::MIN;
+/// Where a coordinate would have no sign: no direction.
+const NO_DIRECTION: i16 = i16::MIN;
 
 /// A direction as a point of the octahedron |x| + |y| + |z| = 1, unfolded to a square (Cigolle, Donow, Evangelakos, Mara,
 /// McGuire, Meyer 2014, "A Survey of Efficient Representations for Independent Unit Vectors").
 fn octahedral(direction: Vec3) -> [i16; 2] {
     let sum = direction.abs().element_sum();
     if !(sum > 0.0 && sum.is_finite()) {
-        return [NO_NORMAL; 2];
+        return [NO_DIRECTION; 2];
     }
     let Vec3 { x, y, z } = direction / sum;
     let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
@@ -145,7 +164,7 @@ fn octahedral(direction: Vec3) -> [i16; 2] {
 }
 
 fn from_octahedral(code: [i16; 2]) -> Vec3 {
-    if code.contains(&NO_NORMAL) {
+    if code.contains(&NO_DIRECTION) {
         return Vec3::ZERO;
     }
     let [x, y] = code.map(|x| f32::from(x) / 32767.0);
@@ -166,14 +185,17 @@ mod tests {
             normal in prop::array::uniform3(-1f32..1.0),
             uv in prop::array::uniform4(-1e3f32..1e3),
             color in prop::array::uniform4(0f32..=1.0),
-            bits in 0u8..16,
+            tangent in prop::array::uniform3(-1f32..1.0),
+            bits in 0u8..32,
         ) {
-            let Some(normal) = Vec3::from_array(normal).try_normalize() else { return Ok(()) };
+            let unit = |v| Vec3::from_array(v).try_normalize();
+            let (Some(normal), Some(tangent)) = (unit(normal), unit(tangent)) else { return Ok(()) };
             let [a, b, c, d] = uv;
             let attributes = Attributes {
                 normal,
                 tex_coords: [Vec2::new(a, b), Vec2::new(c, d)],
                 color: Vec4::from_array(color),
+                tangent,
             };
             let streams = Streams::from_bits(bits).unwrap();
             let mut record = Vec::new();
@@ -183,6 +205,7 @@ mod tests {
             let plain = Attributes::default();
             let expected = |stream, own, plain| if streams.has(stream) { own } else { plain };
             prop_assert!((back.normal - expected(Streams::NORMALS, normal, plain.normal)).length() < 1e-4);
+            prop_assert!((back.tangent - expected(Streams::TANGENTS, tangent, plain.tangent)).length() < 1e-4);
             prop_assert_eq!(back.tex_coords[0], expected(Streams::TEX_COORDS_0, attributes.tex_coords[0].extend(0.0), Vec3::ZERO).truncate());
             prop_assert_eq!(back.tex_coords[1], expected(Streams::TEX_COORDS_1, attributes.tex_coords[1].extend(0.0), Vec3::ZERO).truncate());
             let color = if streams.has(Streams::COLORS) { attributes.color } else { plain.color };
@@ -200,6 +223,6 @@ mod tests {
         for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
             assert_eq!(from_octahedral(octahedral(axis)), axis);
         }
-        assert_eq!(Streams::from_bits(16), None);
+        assert_eq!(Streams::from_bits(32), None);
     }
 }

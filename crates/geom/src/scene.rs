@@ -69,7 +69,6 @@ pub struct Material {
     /// Emits from both faces. Reflection always happens on both.
     pub double_sided: bool,
     /// Shows its base color whatever light there is, and nothing else.
-    #[serde(default)]
     pub unlit: bool,
     /// A clear coat above everything else.
     pub clearcoat: Clearcoat,
@@ -157,7 +156,6 @@ pub struct MaterialTextures {
     /// In green.
     pub roughness: Option<u32>,
     /// What one minus the roughness is multiplied by, in the fourth channel.
-    #[serde(default)]
     pub glossiness: Option<u32>,
     /// Emission.
     pub emission: Option<u32>,

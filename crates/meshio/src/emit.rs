@@ -9,7 +9,7 @@ use crate::{
     FileStamp, ImageSource, Import, ImportError, ImportOptions, ImportReport, Instance, Place, Progress,
     Result, TriangleBatch, TriangleSink,
 };
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raystrips_geom::affine::{is_mirrored, normal_matrix};
 use raystrips_geom::scene::{Geometry, Material, SceneDesc};
 use raystrips_geom::texture::Texture;
@@ -39,7 +39,8 @@ pub(crate) trait Vertices {
     fn streams(&self) -> Streams {
         Streams::NONE
     }
-    /// The attributes of corner number `place` of the present polygon, which is vertex `index`; normals as in the file.
+    /// The attributes of corner number `place` of the present polygon, which is vertex `index`; normals and tangents as in the
+    /// file.
     fn attributes(&self, _place: usize, _index: u32) -> Attributes {
         Attributes::default()
     }
@@ -384,8 +385,9 @@ impl<'a> Emitter<'a> {
             return Ok(local);
         }
         let mut attributes = vertices.attributes(place, corner);
-        let normal = self.normals_from_local * attributes.normal.as_dvec3();
-        attributes.normal = normal.normalize_or_zero().as_vec3();
+        let turned = |matrix: DMat3, v: Vec3| (matrix * v.as_dvec3()).normalize_or_zero().as_vec3();
+        attributes.normal = turned(self.normals_from_local, attributes.normal);
+        attributes.tangent = turned(self.world_from_local.matrix3, attributes.tangent);
         self.record.clear();
         attributes.encode(self.batch.streams, &mut self.record);
         if !is_new {

@@ -161,7 +161,7 @@ mod tests {
         let bytes = builder.finish();
         assert!((0..bytes.len()).all(|end| check_attributes(&bytes[..end], 0, 1).is_err()));
         assert!(check_attributes(&bytes, 0, 2).is_err());
-        for (at, value) in [(0, 4), (8, 16), (8, 0), (24, 3)] {
+        for (at, value) in [(0, 4), (8, 32), (8, 0), (24, 3)] {
             let mut damaged = bytes.clone();
             damaged[at] = value;
             assert!(check_attributes(&damaged, 0, 1).is_err(), "{at}");

@@ -104,6 +104,7 @@ fn interpolated([a, b, c]: &[Attributes; 3], u: f32, v: f32) -> Attributes {
         normal: a.normal * w + b.normal * u + c.normal * v,
         tex_coords: [tex_coord(0), tex_coord(1)],
         color: a.color * w + b.color * u + c.color * v,
+        tangent: a.tangent * w + b.tangent * u + c.tangent * v,
     }
 }
 

@@ -145,6 +145,14 @@ impl Place<'_> {
         let down = (e2 * a.x - e1 * b.x) / determinant;
         Some([right, -down])
     }
+
+    /// The same from corner to corner, where tangents are known.
+    fn smooth_axes(&self, edges: [Vec2; 2]) -> Option<[Vec3; 2]> {
+        let [own_right, own_up] = self.axes(edges)?;
+        let Some(right) = self.attributes.tangent.try_normalize() else { return Some([own_right, own_up]) };
+        let up = self.attributes.normal.cross(right);
+        Some([right, if up.dot(own_up) < 0.0 { -up } else { up }])
+    }
 }
 
 /// What materials are at a place.
@@ -314,7 +322,7 @@ impl Materials {
                 Some(texture) => self.image_edges(texture, place),
                 None => edges(place.tex_coords.map(|corner| corner[0])),
             };
-            if let Some(axes) = place.axes(edges) {
+            if let Some(axes) = place.smooth_axes(edges) {
                 layers.set_grain((found.truncate() * 2.0 - 1.0).normalize_or_zero(), axes);
             }
         }
@@ -342,7 +350,7 @@ impl Materials {
 
     /// What a normal texture does; nothing where the triangle has no extent in the image.
     fn slopes(&self, texture: u32, scale: f32, place: &Place) -> Result<Option<Slopes>, OpenError> {
-        let Some(axes) = place.axes(self.image_edges(texture, place)) else { return Ok(None) };
+        let Some(axes) = place.smooth_axes(self.image_edges(texture, place)) else { return Ok(None) };
         let local = self.look(Some(texture), place)?.truncate() * 2.0 - 1.0;
         Ok(Some(Slopes { axes, local: local * Vec3::new(scale, scale, 1.0) }))
     }

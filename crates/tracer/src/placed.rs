@@ -41,8 +41,9 @@ pub fn placed_attributes(instance: &Instance, corners: [Attributes; 3]) -> [Attr
     let matrix = instance.world_from_local().matrix3;
     let normals = normal_matrix(matrix);
     let [a, b, c] = corners.map(|corner| {
-        let normal = (normals * corner.normal.as_dvec3()).normalize_or_zero().as_vec3();
-        Attributes { normal, ..corner }
+        let turned = |matrix: DMat3, v: Vec3| (matrix * v.as_dvec3()).normalize_or_zero().as_vec3();
+        let (normal, tangent) = (turned(normals, corner.normal), turned(matrix, corner.tangent));
+        Attributes { normal, tangent, ..corner }
     });
     if is_mirrored(matrix) { [a, c, b] } else { [a, b, c] }
 }

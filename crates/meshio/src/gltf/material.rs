@@ -169,6 +169,12 @@ pub(super) fn tex_coords(scene: &SceneDesc, material: u32) -> Streams {
     })
 }
 
+/// Whether a material asks for the directions in which texture coordinates go.
+pub(super) fn needs_tangents(scene: &SceneDesc, material: u32) -> bool {
+    let material = &scene.materials[material as usize];
+    material.textures.normal.is_some() || material.anisotropy.strength > 0.0
+}
+
 fn named_normal(normal: &NormalTexture) -> Named {
     // The library does not know that these can be transformed as others.
     let others = normal.extensions.as_ref().map(|extensions| &extensions.others);

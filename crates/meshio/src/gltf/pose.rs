@@ -33,6 +33,12 @@ impl<'a> Pose<'a> {
         }
     }
 
+    /// The direction on the surface that is modeled as `direction`. Its length is of no meaning.
+    pub fn direction(&self, i: u64, direction: [f64; 3]) -> [f64; 3] {
+        let (from, to) = (self.position(i, [0.0; 3]), self.position(i, direction));
+        std::array::from_fn(|axis| to[axis] - from[axis])
+    }
+
     pub fn accessors(&self) -> impl Iterator<Item = &Accessor<'a>> {
         let targets = self.positions.accessors().chain(self.normals.accessors());
         targets.chain(self.bound.iter().flat_map(Bound::accessors))

@@ -399,7 +399,9 @@ impl<'a> Primitives<'a> {
         at: &str,
         out: &Emitter,
     ) -> Result<PrimitiveVertices<'a>> {
-        let tex_coords = material::tex_coords(&out.scene, out.scene.geometries[geometry as usize].material);
+        let material = out.scene.geometries[geometry as usize].material;
+        let tex_coords = material::tex_coords(&out.scene, material);
+        let needs_tangents = material::needs_tangents(&out.scene, material);
         let count = positions.count();
         let find = |semantic: Semantic, kinds: &[Type]| -> Result<Option<Accessor<'a>>> {
             let name = semantic.to_string();
@@ -416,10 +418,17 @@ impl<'a> Primitives<'a> {
             true => find(Semantic::TexCoords(set), &[Type::Vec2]),
             false => Ok(None),
         };
+        let normals = find(Semantic::Normals, &[Type::Vec3])?;
+        // Those that come without normals do not count.
+        let tangents = match needs_tangents && normals.is_some() {
+            true => find(Semantic::Tangents, &[Type::Vec4])?,
+            false => None,
+        };
         Ok(PrimitiveVertices {
             positions,
             pose,
-            normals: find(Semantic::Normals, &[Type::Vec3])?,
+            normals,
+            tangents,
             tex_coords: [tex_coord(0, Streams::TEX_COORDS_0)?, tex_coord(1, Streams::TEX_COORDS_1)?],
             colors: find(Semantic::Colors(0), &[Type::Vec4, Type::Vec3])?,
         })

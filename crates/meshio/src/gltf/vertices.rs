@@ -13,6 +13,7 @@ pub(super) struct PrimitiveVertices<'a> {
     pub normals: Option<Accessor<'a>>,
     pub tex_coords: [Option<Accessor<'a>>; 2],
     pub colors: Option<Accessor<'a>>,
+    pub tangents: Option<Accessor<'a>>,
 }
 
 impl Vertices for PrimitiveVertices<'_> {
@@ -37,6 +38,7 @@ impl Vertices for PrimitiveVertices<'_> {
             (first, Streams::TEX_COORDS_0),
             (second, Streams::TEX_COORDS_1),
             (&self.colors, Streams::COLORS),
+            (&self.tangents, Streams::TANGENTS),
         ];
         let there = streams.iter().filter(|(accessor, _)| accessor.is_some());
         there.fold(Streams::NONE, |all, (_, stream)| all.union(*stream))
@@ -61,6 +63,11 @@ impl Vertices for PrimitiveVertices<'_> {
             color: self.colors.as_ref().map_or(plain.color, |colors| {
                 let color = Vec4::from_array(values(colors));
                 if colors.width() == 3 { color.with_w(1.0) } else { color }
+            }),
+            tangent: self.tangents.as_ref().map_or(plain.tangent, |tangents| {
+                // Whether the image is mirrored its coordinates tell.
+                let [x, y, z, ..] = tangents.element(index.into());
+                Vec3::from_array(self.pose.direction(index.into(), [x, y, z]).map(|x| x as f32))
             }),
         }
     }

@@ -75,6 +75,7 @@ fn attributes(triangles: u32) -> Vec<u8> {
             normal: Vec3::new((i + k) as f32, 1.0, -2.0),
             tex_coords: [Vec2::new(i as f32, 0.5), Vec2::new(0.25, k as f32)],
             color: Vec4::new(0.0, 0.5, 1.0, 0.75),
+            tangent: Vec3::new(1.0, k as f32, 0.0),
         };
         builder.triangle(&[corner(0), corner(1), corner(2)]);
     }
