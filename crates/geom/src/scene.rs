@@ -84,13 +84,22 @@ pub struct Material {
     pub normal_scale: f32,
 }
 
-/// A clear coat, after KHR_materials_clearcoat.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// A clear coat, after KHR_materials_clearcoat. Slopes of the surface below are not its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clearcoat {
     /// How much of it there is, 0 to 1.
     pub strength: f32,
     /// Perceptual roughness, 0 to 1.
     pub roughness: f32,
+    /// What slopes of its normal texture are multiplied by.
+    pub normal_scale: f32,
+}
+
+impl Default for Clearcoat {
+    /// None.
+    fn default() -> Clearcoat {
+        Clearcoat { strength: 0.0, roughness: 0.0, normal_scale: 1.0 }
+    }
 }
 
 /// The shine of fibers at grazing angles, after KHR_materials_sheen.
@@ -171,6 +180,8 @@ pub struct MaterialTextures {
     pub clearcoat: Option<u32>,
     /// In green.
     pub clearcoat_roughness: Option<u32>,
+    /// Slopes of the clear coat, as those of the surface are.
+    pub clearcoat_normal: Option<u32>,
     /// Color of the sheen.
     pub sheen_color: Option<u32>,
     /// In the fourth channel.
@@ -192,7 +203,7 @@ impl MaterialTextures {
     }
 
     /// The places of all that there can be.
-    fn slots(&mut self) -> [&mut Option<u32>; 17] {
+    fn slots(&mut self) -> [&mut Option<u32>; 18] {
         let MaterialTextures {
             base_color,
             opacity,
@@ -206,6 +217,7 @@ impl MaterialTextures {
             specular_color,
             clearcoat,
             clearcoat_roughness,
+            clearcoat_normal,
             sheen_color,
             sheen_roughness,
             anisotropy,
@@ -225,6 +237,7 @@ impl MaterialTextures {
             specular_color,
             clearcoat,
             clearcoat_roughness,
+            clearcoat_normal,
             sheen_color,
             sheen_roughness,
             anisotropy,
@@ -442,7 +455,7 @@ mod tests {
             clearcoat: Some(2),
             ..MaterialTextures::default()
         };
-        let clearcoat = Clearcoat { strength: 1.0, roughness: 0.0 };
+        let clearcoat = Clearcoat { strength: 1.0, ..Clearcoat::default() };
         let mut material =
             Material { metallic: 1.0, emission: [1.0; 3], clearcoat, textures, ..Material::default() };
         material.drop_textures(|texture| texture == 1);

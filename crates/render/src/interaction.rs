@@ -1,7 +1,7 @@
 //! What a ray found: a point on a surface as seen from where the ray came.
 
 use crate::{
-    material::{Materials, Place, ShadingMaterial},
+    material::{Materials, Place, ShadingMaterial, Slopes},
     offset::SurfacePoint,
     wave::Path,
     world::{Surface, World},
@@ -76,11 +76,14 @@ impl Seen<'_> {
         // Corners may be wound against their normals: the viewer's side is that of the geometric one.
         let facing = |normal: Vec3| if normal.dot(n) < 0.0 { -normal } else { normal };
         let smooth = place.attributes.normal.try_normalize().map_or(n, facing);
-        let bumpy = match found.slopes {
-            Some(slopes) => slopes.turned(smooth),
-            None => smooth,
+        let to_viewer = -self.ray.dir.normalize();
+        let turned = |slopes: Option<Slopes>| {
+            seen_from(slopes.map_or(smooth, |slopes| slopes.turned(smooth)), to_viewer)
         };
-        interaction.shading_n = seen_from(bumpy, -self.ray.dir.normalize());
+        interaction.shading_n = turned(found.slopes);
+        if let Some(layers) = &mut interaction.material.layers {
+            layers.clearcoat_normal = turned(found.coat_slopes);
+        }
         Ok(Some(interaction))
     }
 

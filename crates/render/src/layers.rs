@@ -10,6 +10,8 @@ pub(crate) struct Layers {
     pub clearcoat: f32,
     /// Perceptual roughness of the clear coat.
     pub clearcoat_roughness: f32,
+    /// Normal of the clear coat; zero where it is that of the surface.
+    pub clearcoat_normal: Vec3,
     /// Color of the sheen, each channel 0 to 1.
     pub sheen: Vec3,
     /// Perceptual roughness of the sheen.
@@ -40,6 +42,7 @@ impl Layers {
         let layers = Layers {
             clearcoat: share(clearcoat.strength),
             clearcoat_roughness: share(clearcoat.roughness),
+            clearcoat_normal: Vec3::ZERO,
             sheen: Vec3::from(sheen.color.map(share)),
             sheen_roughness: share(sheen.roughness),
             anisotropy: share(anisotropy.strength),

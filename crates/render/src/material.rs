@@ -161,6 +161,8 @@ pub(crate) struct Found {
     /// Opacity.
     pub alpha: f32,
     pub slopes: Option<Slopes>,
+    /// Of a clear coat.
+    pub coat_slopes: Option<Slopes>,
 }
 
 /// How a normal texture turns normals.
@@ -187,6 +189,7 @@ struct Varying {
     textures: MaterialTextures,
     alpha_mode: AlphaMode,
     normal_scale: f32,
+    coat_normal_scale: f32,
     roughness: f32,
 }
 
@@ -213,7 +216,8 @@ impl Materials {
     pub fn new(description: &SceneDesc) -> Materials {
         let ready = |material: &Material| {
             let &Material { textures, alpha_mode, normal_scale, roughness, .. } = material;
-            let varying = Varying { textures, alpha_mode, normal_scale, roughness };
+            let coat_normal_scale = material.clearcoat.normal_scale;
+            let varying = Varying { textures, alpha_mode, normal_scale, coat_normal_scale, roughness };
             (ShadingMaterial::new(material), varying)
         };
         let fallback = ready(&Material::default());
@@ -265,7 +269,7 @@ impl Materials {
         if material.unlit {
             // Its color is its emission.
             material.emission *= color.truncate();
-            return Ok(Found { material, alpha, slopes: None });
+            return Ok(Found { material, alpha, slopes: None, coat_slopes: None });
         }
         material.albedo *= color.truncate();
         let metal_and_rough = look(metallic)?;
@@ -283,11 +287,9 @@ impl Materials {
         if let Some(layers) = &mut material.layers {
             self.vary(layers, textures, place)?;
         }
-        let slopes = match textures.normal {
-            Some(texture) => self.slopes(texture, varying.normal_scale, place)?,
-            None => None,
-        };
-        Ok(Found { material, alpha, slopes })
+        let slopes = self.slopes(textures.normal, varying.normal_scale, place)?;
+        let coat_slopes = self.slopes(textures.clearcoat_normal, varying.coat_normal_scale, place)?;
+        Ok(Found { material, alpha, slopes, coat_slopes })
     }
 
     /// Opacity of a place as textures and colors have it. `color` is what they say of it at the width that is looked at.
@@ -349,7 +351,8 @@ impl Materials {
     }
 
     /// What a normal texture does; nothing where the triangle has no extent in the image.
-    fn slopes(&self, texture: u32, scale: f32, place: &Place) -> Result<Option<Slopes>, OpenError> {
+    fn slopes(&self, texture: Option<u32>, scale: f32, place: &Place) -> Result<Option<Slopes>, OpenError> {
+        let Some(texture) = texture else { return Ok(None) };
         let Some(axes) = place.smooth_axes(self.image_edges(texture, place)) else { return Ok(None) };
         let local = self.look(Some(texture), place)?.truncate() * 2.0 - 1.0;
         Ok(Some(Slopes { axes, local: local * Vec3::new(scale, scale, 1.0) }))

@@ -4,11 +4,11 @@
 use super::texture::{Named, Textures};
 use crate::emit::Emitter;
 use gltf::json::extensions::material::Material as Extensions;
+use gltf::json::material::NormalTexture;
 use gltf::json::texture::Info;
 use raystrips_geom::scene::{Anisotropy, Clearcoat, Iridescence, Material, Sheen};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use std::collections::BTreeSet;
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
@@ -17,7 +17,7 @@ struct JsonClearcoat {
     clearcoat_texture: Option<Info>,
     clearcoat_roughness_factor: f32,
     clearcoat_roughness_texture: Option<Info>,
-    clearcoat_normal_texture: Option<serde::de::IgnoredAny>,
+    clearcoat_normal_texture: Option<NormalTexture>,
 }
 
 #[derive(Default, Deserialize)]
@@ -66,7 +66,6 @@ impl Default for JsonIridescence {
 pub(super) struct Layers<'a, 'e, 's> {
     pub textures: Textures<'a>,
     pub extensions: &'a Extensions,
-    pub not_read: &'e mut BTreeSet<String>,
     pub out: &'e mut Emitter<'s>,
 }
 
@@ -106,12 +105,13 @@ impl Layers<'_, '_, '_> {
 
     fn clearcoat(&mut self, json: JsonClearcoat, material: &mut Material) {
         let (strength, texture) = self.confined(json.clearcoat_factor, &json.clearcoat_texture);
-        material.clearcoat = Clearcoat { strength, roughness: json.clearcoat_roughness_factor };
+        let normal_scale = json.clearcoat_normal_texture.as_ref().map_or(1.0, |normal| normal.scale);
+        material.clearcoat = Clearcoat { strength, roughness: json.clearcoat_roughness_factor, normal_scale };
         material.textures.clearcoat = texture;
         material.textures.clearcoat_roughness = self.texture(&json.clearcoat_roughness_texture, false);
-        if json.clearcoat_normal_texture.is_some() {
-            self.not_read.insert("clearcoatNormalTexture".into());
-        }
+        let normal = json.clearcoat_normal_texture.as_ref();
+        material.textures.clearcoat_normal =
+            normal.and_then(|normal| self.textures.get(&Named::of_normal(normal), false, self.out));
     }
 
     fn sheen(&mut self, json: JsonSheen, material: &mut Material) {
@@ -149,7 +149,11 @@ pub(super) fn clamped(material: Material) -> Material {
     let plain = Iridescence::default();
     let thickness = |x: f32, plain: f32| if x.is_finite() { x.max(0.0) } else { plain };
     Material {
-        clearcoat: Clearcoat { strength: share(clearcoat.strength), roughness: share(clearcoat.roughness) },
+        clearcoat: Clearcoat {
+            strength: share(clearcoat.strength),
+            roughness: share(clearcoat.roughness),
+            normal_scale: if clearcoat.normal_scale.is_finite() { clearcoat.normal_scale } else { 1.0 },
+        },
         sheen: Sheen { color: sheen.color.map(share), roughness: share(sheen.roughness) },
         anisotropy: Anisotropy {
             strength: share(anisotropy.strength),

@@ -6,7 +6,7 @@ use super::texture::{Named, Textures};
 use crate::emit::Emitter;
 use gltf::json::Material as JsonMaterial;
 use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossiness, Specular};
-use gltf::json::material::{AlphaMode as JsonAlphaMode, NormalTexture};
+use gltf::json::material::AlphaMode as JsonAlphaMode;
 use gltf::json::validation::Checked;
 use raystrips_geom::Streams;
 use raystrips_geom::scene::{AlphaMode, Material, SceneDesc};
@@ -82,7 +82,7 @@ impl<'a> Materials<'a> {
         material.textures.roughness = material.textures.metallic;
         material.textures.emission = texture(&json.emissive_texture, true);
         if let Some(normal) = &json.normal_texture {
-            material.textures.normal = self.textures.get(&named_normal(normal), false, out);
+            material.textures.normal = self.textures.get(&Named::of_normal(normal), false, out);
             material.normal_scale = if normal.scale.is_finite() { normal.scale } else { 1.0 };
         }
         // Without its texture, which could not be had, a factor of 1 would make everything metal, or glow.
@@ -125,8 +125,7 @@ impl<'a> Materials<'a> {
         if let Some(volume) = volume {
             material.absorption = absorption(volume.attenuation_color.0, volume.attenuation_distance.0);
         }
-        let (textures, not_read) = (self.textures, &mut self.not_read);
-        Layers { textures, extensions, not_read, out }.read(material);
+        Layers { textures: self.textures, extensions, out }.read(material);
         material.unlit = extensions.unlit.is_some();
     }
 
@@ -172,18 +171,8 @@ pub(super) fn tex_coords(scene: &SceneDesc, material: u32) -> Streams {
 /// Whether a material asks for the directions in which texture coordinates go.
 pub(super) fn needs_tangents(scene: &SceneDesc, material: u32) -> bool {
     let material = &scene.materials[material as usize];
-    material.textures.normal.is_some() || material.anisotropy.strength > 0.0
-}
-
-fn named_normal(normal: &NormalTexture) -> Named {
-    // The library does not know that these can be transformed as others.
-    let others = normal.extensions.as_ref().map(|extensions| &extensions.others);
-    let transform = others.and_then(|others| others.get("KHR_texture_transform"));
-    Named {
-        index: normal.index.value(),
-        tex_coord: normal.tex_coord,
-        transform: transform.and_then(|value| serde_json::from_value(value.clone()).ok()),
-    }
+    material.textures.normal.or(material.textures.clearcoat_normal).is_some()
+        || material.anisotropy.strength > 0.0
 }
 
 /// Of a material of which light has `color` after `distance` (KHR_materials_volume).

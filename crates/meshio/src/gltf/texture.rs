@@ -6,6 +6,7 @@ use crate::ImageSource;
 use crate::emit::Emitter;
 use crate::reference::{percent_decoded, resolve};
 use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::material::NormalTexture;
 use raystrips_geom::texture::{Texture, Wrap};
 use std::path::Path;
 
@@ -20,6 +21,17 @@ impl Named {
     pub fn of(info: &gltf::json::texture::Info) -> Named {
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.clone());
         Named { index: info.index.value(), tex_coord: info.tex_coord, transform }
+    }
+
+    pub fn of_normal(normal: &NormalTexture) -> Named {
+        // The library does not know that these can be transformed as others.
+        let others = normal.extensions.as_ref().map(|extensions| &extensions.others);
+        let transform = others.and_then(|others| others.get("KHR_texture_transform"));
+        Named {
+            index: normal.index.value(),
+            tex_coord: normal.tex_coord,
+            transform: transform.and_then(|value| serde_json::from_value(value.clone()).ok()),
+        }
     }
 }
 

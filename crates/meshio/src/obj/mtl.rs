@@ -243,7 +243,7 @@ mod tests {
              Ps 1 .5 .25\nPc x\nnewmtl tile\nmap_Ks a.png\nnewmtl wood\nKs 0 0 0\nmap_Ks a.png",
         );
         let car = &library["car"].0;
-        assert_eq!(car.clearcoat, Clearcoat { strength: 0.5, roughness: 1.0 });
+        assert_eq!(car.clearcoat, Clearcoat { strength: 0.5, roughness: 1.0, normal_scale: 1.0 });
         assert_eq!((car.sheen.color, library["silk"].0.sheen.color), ([0.25; 3], [1.0, 0.5, 0.25]));
         assert_eq!(library["pan"].0.anisotropy, Anisotropy { strength: 0.75, rotation: 0.25 * TAU });
         assert_eq!((library["tile"].0.specular, library["wood"].0.specular), (1.0, 0.0));

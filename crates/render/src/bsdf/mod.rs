@@ -165,7 +165,8 @@ impl Lobes {
         if let Some(layers) = &material.layers {
             let film = Film::new(layers.iridescence, layers.film_ior, layers.film_thickness[1]);
             lobes.film = (layers.iridescence > 0.0).then_some(film);
-            lobes.layered = Layered::new(layers);
+            let coat_normal = layers.clearcoat_normal.try_normalize().unwrap_or(n);
+            lobes.layered = Layered::new(layers, lobes.local(n, coat_normal));
         }
         lobes.compensation = match lobes.facets {
             Some(ggx) if ggx.is_stretched() => {
@@ -196,8 +197,8 @@ impl Lobes {
             parts[0] = parts[0].max(0.05);
         }
         if let Some(layered) = self.layered {
-            let below = layered.passed([self.wo.z; 2]);
-            let [coat, sheen] = if self.eta >= 1.0 { layered.reflected(self.wo.z) } else { [0.0; 2] };
+            let below = layered.passed([self.wo; 2]);
+            let [coat, sheen] = if self.eta >= 1.0 { layered.reflected(self.wo) } else { [0.0; 2] };
             parts = [parts[0] * below, parts[1] * below, coat, sheen];
         }
         let sum: f32 = parts.iter().sum();
@@ -262,14 +263,14 @@ impl Lobes {
 
     /// What of light that is reflected to `wi` without the layers is left below them.
     fn below_layers(&self, wi: Vec3) -> f32 {
-        let cosines = match (wi.z > 0.0, self.eta >= 1.0) {
-            (true, true) => [self.wo.z, wi.z],
+        let outside = match (wi.z > 0.0, self.eta >= 1.0) {
+            (true, true) => [self.wo, wi],
             (true, false) => return 1.0,
             // Light goes through them once, outside.
-            (false, true) => [self.wo.z; 2],
-            (false, false) => [-wi.z; 2],
+            (false, true) => [self.wo; 2],
+            (false, false) => [-wi; 2],
         };
-        self.layered.map_or(1.0, |layered| layered.passed(cosines))
+        self.layered.map_or(1.0, |layered| layered.passed(outside))
     }
 
     fn evaluate(&self, material: &ShadingMaterial, wi: Vec3) -> (Vec3, f32) {
@@ -288,10 +289,9 @@ impl Lobes {
 
     /// Share of what is diffused that gets to where it is and back out to the viewer.
     fn diffused(&self, wi: Vec3) -> f32 {
-        let cosines = [self.wo.z, wi.z];
         match (self.coat, &self.layered) {
-            (Some(coat), Some(layered)) => layered.diffuse(coat, cosines),
-            (Some(coat), None) => coat.diffuse(cosines),
+            (Some(coat), Some(layered)) => layered.diffuse(coat, [self.wo, wi]),
+            (Some(coat), None) => coat.diffuse([self.wo.z, wi.z]),
             (None, _) => 1.0,
         }
     }

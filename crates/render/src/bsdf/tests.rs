@@ -45,7 +45,7 @@ fn layered() -> Vec<(&'static str, Material)> {
     let plastic = Material { specular: 1.0, ..white.clone() };
     let metal = Material { metallic: 1.0, roughness: 0.4, ..white.clone() };
     let coated = |strength, roughness, base: &Material| Material {
-        clearcoat: Clearcoat { strength, roughness },
+        clearcoat: Clearcoat { strength, roughness, ..Clearcoat::default() },
         ..base.clone()
     };
     let woolly = |roughness, base: &Material| Material {
@@ -83,7 +83,18 @@ fn layered() -> Vec<(&'static str, Material)> {
 
 fn all() -> impl Iterator<Item = (&'static str, ShadingMaterial)> {
     let all = surfaces().into_iter().chain(layered());
-    all.map(|(name, material)| (name, ShadingMaterial::new(&material)))
+    all.map(|(name, material)| (name, ShadingMaterial::new(&material))).chain(leaning_coats())
+}
+
+/// Coats whose normal is not that of the surface.
+fn leaning_coats() -> impl Iterator<Item = (&'static str, ShadingMaterial)> {
+    let plastic = Material { base_color: [1.0; 3], specular: 1.0, roughness: 0.6, ..Material::default() };
+    [("leaning smooth coat", 0.0), ("leaning rough coat", 0.4)].into_iter().map(move |(name, roughness)| {
+        let clearcoat = Clearcoat { strength: 1.0, roughness, ..Clearcoat::default() };
+        let mut material = ShadingMaterial::new(&Material { clearcoat, ..plastic.clone() });
+        material.layers.iter_mut().for_each(|layers| layers.clearcoat_normal = Vec3::new(0.28, 0.0, 0.96));
+        (name, material)
+    })
 }
 
 /// Viewers at some angles, before and behind the surface.
@@ -126,6 +137,8 @@ fn no_surface_makes_light() {
                 "strongly brushed metal" => 0.6,
                 // From inside the coat takes its part and does not send it back.
                 "film on plastic" | "coat on glass" | "brushed plastic" => 0.9,
+                // Some of what leaning coats reflect goes below the surface.
+                "leaning smooth coat" | "leaning rough coat" => 0.85,
                 "film on metal" => 0.95,
                 _ => 0.98,
             };
@@ -245,8 +258,11 @@ fn brushed_metal_makes_no_light_from_any_side() {
 #[test]
 fn both_ways_reflect_the_same() {
     let [a, b] = [Vec3::new(0.48, 0.36, 0.8), Vec3::new(-0.6, 0.64, 0.48)];
-    // What facets of metals send to each other is by the direction to the viewer alone.
-    for (name, material) in all().filter(|(_, material)| material.metallic == 0.0) {
+    // What facets of metals send to each other is by the direction to the viewer alone, and by a normal that is not that of
+    // the surface directions have other cosines.
+    let leans =
+        |material: &ShadingMaterial| material.layers.is_some_and(|l| l.clearcoat_normal != Vec3::ZERO);
+    for (name, material) in all().filter(|(_, material)| material.metallic == 0.0 && !leans(material)) {
         let value = |wo: Vec3, wi: Vec3| Bsdf::new(&material, Vec3::Z, true, -wo).evaluate(wi).0;
         let (there, back) = (value(a, b), value(b, a));
         assert!((there - back).abs().max_element() < 1e-5, "{name}: {there} {back}");
@@ -264,7 +280,7 @@ fn numbers_that_make_no_sense_give_no_such_light() {
             specular_color: [x, 1.0, x],
             ior: x,
             transmission: 0.3,
-            clearcoat: Clearcoat { strength: 1.0, roughness: x },
+            clearcoat: Clearcoat { strength: 1.0, roughness: x, ..Clearcoat::default() },
             sheen: Sheen { color: [x, x, 1.0], roughness: x },
             anisotropy: Anisotropy { strength: 0.5, rotation: x },
             iridescence: Iridescence { strength: 1.0, ior: x, least_thickness: x, thickness: x },
@@ -278,4 +294,16 @@ fn numbers_that_make_no_sense_give_no_such_light() {
             assert!(all.cmpge(Vec3::ZERO).all() && all.max_element() < 1.1, "{x} along {dir}: {all}");
         }
     }
+}
+
+#[test]
+fn a_smooth_coat_is_a_mirror_at_right_angles_to_its_own_normal() {
+    let (_, material) = leaning_coats().next().unwrap();
+    let wo = Vec3::new(0.0, 0.6, 0.8);
+    let bsdf = Bsdf::new(&material, Vec3::Z, true, -wo);
+    let scattered = (0..SAMPLES).filter_map(|i| bsdf.sample(numbers(i).0, numbers(i).1));
+    let mut mirrored = scattered.filter(|scattered| scattered.pdf.is_none()).peekable();
+    assert!(mirrored.peek().is_some());
+    let halfway = Vec3::new(0.28, 0.0, 0.96);
+    assert!(mirrored.all(|scattered| ((wo + scattered.wi).normalize() - halfway).length() < 1e-4));
 }
