@@ -63,7 +63,8 @@ pub(crate) struct Emitter<'a> {
     placement: DAffine3,
     /// Material of everything in the present file, whatever the file says.
     material_override: Option<u32>,
-    default_material: Option<u32>,
+    /// For faces without one: as it is, and where colors of vertices are all of the color.
+    default_materials: [Option<u32>; 2],
     /// Where the present part of the file stands in the world.
     world_from_local: DAffine3,
     mirrored: bool,
@@ -95,7 +96,7 @@ impl<'a> Emitter<'a> {
             bytes_before: 0,
             placement: DAffine3::IDENTITY,
             material_override: None,
-            default_material: None,
+            default_materials: [None; 2],
             world_from_local: DAffine3::IDENTITY,
             mirrored: false,
             normals_from_local: DMat3::IDENTITY,
@@ -205,15 +206,15 @@ impl<'a> Emitter<'a> {
         self.images.texture(&mut self.scene, source, is_srgb, texture)
     }
 
-    /// The material of faces without one: the same for all files.
-    pub fn default_material(&mut self) -> u32 {
-        match self.default_material {
-            Some(material) => material,
-            None => {
-                let material = self.material(Material::default());
-                *self.default_material.insert(material)
-            }
+    /// The material of faces without one: the same for all files. Where vertices have colors it is white.
+    pub fn default_material(&mut self, has_colors: bool) -> u32 {
+        if let Some(material) = self.default_materials[usize::from(has_colors)] {
+            return material;
         }
+        let plain = Material::default();
+        let base_color = if has_colors { [1.0; 3] } else { plain.base_color };
+        let material = self.material(Material { base_color, ..plain });
+        *self.default_materials[usize::from(has_colors)].insert(material)
     }
 
     /// Notes that a file is read, before that is done, or would be if it were there.

@@ -5,6 +5,11 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that `name` means when written in `model`, or why it is refused.
 pub(crate) fn resolve(model: &Path, name: &str) -> Result<PathBuf, &'static str> {
+    resolve_in(model, model, name)
+}
+
+/// The same where it is written in `file`, which `model` named.
+pub(crate) fn resolve_in(model: &Path, file: &Path, name: &str) -> Result<PathBuf, &'static str> {
     // Files from Windows separate folders by backslashes.
     let name = name.replace('\\', "/");
     if has_scheme(&name) {
@@ -13,7 +18,9 @@ pub(crate) fn resolve(model: &Path, name: &str) -> Result<PathBuf, &'static str>
     if name.is_empty() || name.contains('\0') {
         return Err("is not a file name");
     }
-    let mut depth = 0i64;
+    let [root, folder] = [model, file].map(|path| path.parent().unwrap_or(Path::new("")));
+    let below = folder.strip_prefix(root).unwrap_or(Path::new(""));
+    let mut depth = below.components().filter(|c| matches!(c, Component::Normal(_))).count() as i64;
     for component in Path::new(&name).components() {
         depth += match component {
             Component::Normal(_) => 1,
@@ -25,7 +32,19 @@ pub(crate) fn resolve(model: &Path, name: &str) -> Result<PathBuf, &'static str>
             return Err("paths out of the model's folder are not followed");
         }
     }
-    Ok(model.parent().unwrap_or(Path::new("")).join(name))
+    let path = folder.join(name);
+    match is_below(root, &path) {
+        true => Ok(path),
+        false => Err("links out of the model's folder are not followed; copy the file there"),
+    }
+}
+
+/// False for what is elsewhere by way of a link.
+fn is_below(root: &Path, path: &Path) -> bool {
+    let root = if root == Path::new("") { Path::new(".") } else { root };
+    // What is not there cannot be read either.
+    let (Ok(root), Ok(path)) = (root.canonicalize(), path.canonicalize()) else { return true };
+    path.starts_with(root)
 }
 
 /// True for `https:...` and `C:...`.
@@ -71,6 +90,30 @@ mod tests {
         {
             assert!(resolve(name).is_err(), "{name}");
         }
+    }
+
+    #[test]
+    fn files_of_files_are_below_the_model_too() {
+        let resolve = |name| resolve_in(Path::new("dir/a.obj"), Path::new("dir/mtl/a.mtl"), name);
+        assert_eq!(resolve("b.png"), Ok("dir/mtl/b.png".into()));
+        assert_eq!(resolve("../b.png"), Ok("dir/mtl/../b.png".into()));
+        assert!(resolve("../../b.png").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_nowhere_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("model/sub")).unwrap();
+        std::fs::write(at("secret"), "").unwrap();
+        std::fs::write(at("model/sub/b"), "").unwrap();
+        for (target, name) in [("../secret", "link"), ("sub/b", "inside"), ("..", "up")] {
+            std::os::unix::fs::symlink(target, at("model").join(name)).unwrap();
+        }
+        let resolve = |name| resolve(&at("model/a.gltf"), name);
+        assert!(resolve("link").is_err() && resolve("up/secret").is_err() && resolve("sub/../link").is_err());
+        assert!(resolve("inside").is_ok() && resolve("sub/b").is_ok() && resolve("missing").is_ok());
     }
 
     #[test]

@@ -21,7 +21,8 @@ impl RepeatedModels {
             for i in models.clone() {
                 let Model { path, world_from_file, material, strand_width } = &inputs.models[i];
                 // Strands would have other widths in other places.
-                let has_strands = strand_width.or(options.strand_width).is_some();
+                let may_have_strands = !matches!(inputs.formats[i].0, Format::Ply);
+                let has_strands = may_have_strands && strand_width.or(options.strand_width).is_some();
                 if !has_strands && can_show(world_from_file) {
                     same.entry((number, path, material)).or_default().push(i);
                 }

@@ -16,7 +16,8 @@ pub struct Survey {
     pub instances: u64,
     /// That the files list.
     pub vertices: u64,
-    /// Those of OBJ and text PLY, of which the import keeps 24 bytes each, for one file at a time; twice where they have colors.
+    /// Those of OBJ and text PLY, of which the import keeps 24 bytes each, for one file at a time; their colors, texture
+    /// coordinates and normals count as they do.
     pub kept_vertices: u64,
     /// Those with normals, texture coordinates or colors, which come with the triangles unless these are left out.
     pub attributed_vertices: u64,
@@ -56,7 +57,7 @@ pub fn survey(inputs: &[PathBuf], options: &ImportOptions) -> Result<Survey> {
 /// The same of one model.
 pub(crate) fn survey_model(path: &Path, format: Format, options: &ImportOptions) -> Result<Survey> {
     match format {
-        Format::Obj => obj::survey(path),
+        Format::Obj => obj::survey(path, options),
         Format::Ply => ply::survey(path, options),
         Format::Gltf => gltf::survey(path, options),
         Format::Hair => hair::survey(path),

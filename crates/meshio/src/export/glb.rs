@@ -16,6 +16,13 @@ const JSON_CHUNK: &[u8] = b"JSON";
 const BINARY_CHUNK: &[u8] = b"BIN\0";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
+/// Those that materials may have.
+const EXTENSIONS: [&str; 4] = [
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+];
 
 pub(super) fn write(mesh: &ExportMesh, out: &mut dyn Write) -> io::Result<()> {
     let parts = mesh.by_geometry();
@@ -64,7 +71,7 @@ fn document(mesh: &ExportMesh, parts: &[(usize, usize)], position_bytes: usize, 
     }
     json!({
         "asset": {"version": "2.0", "generator": concat!("raystrips ", env!("CARGO_PKG_VERSION"))},
-        "extensionsUsed": ["KHR_materials_emissive_strength"],
+        "extensionsUsed": EXTENSIONS,
         "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "translation": mesh.offset}],
         "meshes": [{"primitives": primitives}],
         "materials": mesh.scene.materials.iter().map(material).collect::<Vec<_>>(),
@@ -78,9 +85,21 @@ fn document(mesh: &ExportMesh, parts: &[(usize, usize)], position_bytes: usize, 
 }
 
 fn material(material: &Material) -> Value {
+    // Factors of textures, which are not written, say nothing without them.
+    let mut bare = material.clone();
+    bare.drop_textures(|_| true);
+    let material = &bare;
     let [r, g, b] = material.base_color;
     // Factors end at 1; what is brighter takes an extension.
     let strength = material.emission.iter().fold(1.0f32, |most, &e| most.max(e));
+    let mut extensions = json!({"KHR_materials_emissive_strength": {"emissiveStrength": strength}});
+    if material.transmission > 0.0 {
+        extensions["KHR_materials_transmission"] = json!({"transmissionFactor": material.transmission});
+        extensions["KHR_materials_ior"] = json!({"ior": material.ior});
+    }
+    if material.unlit {
+        extensions["KHR_materials_unlit"] = json!({});
+    }
     json!({
         "name": material.name,
         "pbrMetallicRoughness": {
@@ -88,7 +107,8 @@ fn material(material: &Material) -> Value {
             "metallicFactor": material.metallic, "roughnessFactor": material.roughness,
         },
         "emissiveFactor": material.emission.map(|e| e / strength),
+        "alphaMode": if material.alpha < 1.0 { "BLEND" } else { "OPAQUE" },
         "doubleSided": material.double_sided,
-        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}},
+        "extensions": extensions,
     })
 }

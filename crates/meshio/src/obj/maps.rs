@@ -3,7 +3,7 @@
 use crate::ImageSource;
 use crate::emit::Emitter;
 use crate::number::{is_space, parse_f64};
-use crate::reference::resolve;
+use crate::reference::resolve_in;
 use raystrips_geom::scene::{AlphaMode, Material};
 use raystrips_geom::texture::{Texture, Wrap};
 use std::path::{Path, PathBuf};
@@ -84,9 +84,15 @@ impl TextureMap {
         (!map.file.is_empty()).then_some(map)
     }
 
-    /// Gives the material the texture. What cannot be had is told.
-    fn apply(&self, material: &mut Material, base_color: Option<&TextureMap>, out: &mut Emitter) {
-        let path = match resolve(&self.library, &self.file) {
+    /// Gives the material of a model the texture. What cannot be had is told.
+    fn apply(
+        &self,
+        model: &Path,
+        material: &mut Material,
+        base_color: Option<&TextureMap>,
+        out: &mut Emitter,
+    ) {
+        let path = match resolve_in(model, &self.library, &self.file) {
             Ok(path) => path,
             Err(reason) => {
                 let what = format!("texture '{}' is not read: {reason}", self.file);
@@ -129,13 +135,13 @@ impl TextureMap {
     }
 }
 
-/// Gives a material its textures. Numbers that only say that there is a texture become 1.
-pub(super) fn apply(maps: &[TextureMap], material: &mut Material, out: &mut Emitter) {
+/// Gives a material of a model its textures. Numbers that only say that there is a texture become 1.
+pub(super) fn apply(maps: &[TextureMap], model: &Path, material: &mut Material, out: &mut Emitter) {
     if out.options.bare {
         return;
     }
     let base_color = maps.iter().find(|map| map.slot == Slot::BaseColor);
-    maps.iter().for_each(|map| map.apply(material, base_color, out));
+    maps.iter().for_each(|map| map.apply(model, material, base_color, out));
 }
 
 fn word<'a>(rest: &mut &'a [u8]) -> &'a [u8] {

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: positions, texture coordinates, normals, faces, lines of known width and material names; all else is left
-//! aside.
+//! Wavefront OBJ: positions and their colors, texture coordinates, normals, faces, lines of known width and material names; all
+//! else is left aside.
 //!
 //! The file is read once, from start to end. Positions are kept until the end, since any face may name any of them.
 //! A face that names a vertex further on is put aside and added at the end of the file, under the numbers it would
@@ -37,8 +37,9 @@ pub(crate) fn read(path: &Path, out: &mut Emitter) -> Result<String> {
         let statement = Statement::of(line);
         match statement.keyword {
             b"v" => {
-                let position = obj.vertex(statement.rest).map_err(|what| obj.syntax(lines.line(), what))?;
-                obj.vertices.positions.push(position)?;
+                let vertex = obj.vertex(statement.rest).map_err(|what| obj.syntax(lines.line(), what));
+                let (position, color) = vertex?;
+                obj.vertices.push(position, color)?;
             }
             b"vt" => obj.vertices.tex_coord(statement.rest)?,
             b"vn" => obj.vertices.normal(statement.rest)?,
@@ -93,6 +94,8 @@ struct Obj<'a, 'b> {
     path: &'a Path,
     out: &'a mut Emitter<'b>,
     vertices: ObjVertices,
+    /// Of vertices.
+    wants_colors: bool,
     /// Vertices of the present face, counted from 0.
     corners: Vec<u32>,
     /// An index of the present face that no vertex can have, wherever it may come.
@@ -121,9 +124,11 @@ impl<'a, 'b> Obj<'a, 'b> {
     fn new(path: &'a Path, out: &'a mut Emitter<'b>) -> Obj<'a, 'b> {
         let options = out.options;
         let for_faces = options.kept_bytes / 8;
+        let wants_colors = out.wants_colors();
         Obj {
             path,
             out,
+            wants_colors,
             vertices: ObjVertices::new(options, options.kept_bytes - for_faces),
             corners: Vec::new(),
             impossible: None,
@@ -146,9 +151,9 @@ impl<'a, 'b> Obj<'a, 'b> {
         ImportError::syntax(self.path, Place::Line(line), what)
     }
 
-    /// `v x y z`; weights and colors behind that do not matter.
+    /// `v x y z` or `v x y z red green blue`, the color if it is wanted; a weight does not matter.
     #[inline]
-    fn vertex(&self, rest: &[u8]) -> std::result::Result<[f64; 3], String> {
+    fn vertex(&self, rest: &[u8]) -> std::result::Result<([f64; 3], Option<[f64; 3]>), String> {
         let mut position = [0.0; 3];
         let mut words = words(rest);
         for x in &mut position {
@@ -159,7 +164,9 @@ impl<'a, 'b> Obj<'a, 'b> {
         if self.vertices.positions.count() >= u64::from(u32::MAX) {
             return Err("more than 4294967295 vertices; split the file".into());
         }
-        Ok(position)
+        let mut color = || words.next().and_then(parse_f64).filter(|x| x.is_finite());
+        let color = self.wants_colors.then(|| Some([color()?, color()?, color()?])).flatten();
+        Ok((position, color))
     }
 
     /// `f 1 2 3`, `f 1/1 2/2 3/3`, `f 1//1 2//2 3//3`, `f -3 -2 -1`: puts the vertices into `corners`.
@@ -209,7 +216,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             None => self.begin_geometry(),
         };
         if self.corners.iter().all(|&corner| u64::from(corner) < vertex_count) {
-            self.vertices.begin_polygon(self.is_textured);
+            self.vertices.begin_polygon(&self.corners, self.is_textured);
             return self
                 .out
                 .polygon(geometry, &self.vertices, &self.corners, self.path, || Place::Line(line));
@@ -251,7 +258,7 @@ impl<'a, 'b> Obj<'a, 'b> {
     fn new_geometry(&mut self) -> u32 {
         let name = self.material.clone();
         let material = if name.is_empty() {
-            self.out.default_material()
+            self.out.default_material(self.vertices.has_colors())
         } else {
             self.out.material(Material { name: name.clone(), ..Material::default() })
         };
@@ -327,9 +334,9 @@ impl<'a, 'b> Obj<'a, 'b> {
         ))
     }
 
-    /// They have no more than positions.
+    /// They have no more than positions and their colors.
     fn add_forward_faces(&mut self, faces: ForwardFaces) -> Result<()> {
-        self.vertices.begin_bare_polygon();
+        self.vertices.begin_face();
         let end = self.out.next_triangle_id();
         let vertex_count = self.vertices.positions.count();
         let mut faces = faces.into_reader()?;
@@ -342,6 +349,7 @@ impl<'a, 'b> Obj<'a, 'b> {
                 }
                 None => {
                     let place = || Place::Line(*line);
+                    self.vertices.begin_polygon(corners, false);
                     self.out.polygon(*geometry, &self.vertices, corners, self.path, place)?;
                 }
             }
@@ -355,7 +363,7 @@ impl<'a, 'b> Obj<'a, 'b> {
             match self.library.get(&name) {
                 Some((read, maps)) => {
                     let mut read = read.clone();
-                    maps::apply(maps, &mut read, self.out);
+                    maps::apply(maps, self.path, &mut read, self.out);
                     self.out.scene.materials[material as usize] = read;
                 }
                 None => missing.push(name),

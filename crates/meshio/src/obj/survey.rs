@@ -4,7 +4,7 @@ use super::{Statement, refuse_other_encodings};
 use crate::map::open_regular;
 use crate::number::words;
 use crate::survey::Survey;
-use crate::{ImportError, Result};
+use crate::{ImportError, ImportOptions, Result};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -20,11 +20,12 @@ struct Counts {
     vertices: u64,
     tex_coords: u64,
     normals: u64,
+    colors: u64,
     triangles: u64,
 }
 
 /// Estimates what the file at `path` holds.
-pub(crate) fn survey(path: &Path) -> Result<Survey> {
+pub(crate) fn survey(path: &Path, options: &ImportOptions) -> Result<Survey> {
     let io = |error| ImportError::io(path, error);
     let mut file = open_regular(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
@@ -46,14 +47,17 @@ pub(crate) fn survey(path: &Path) -> Result<Survey> {
     };
     let vertices = scaled(counts.vertices);
     let triangles = scaled(counts.triangles);
-    let (tex_coords, normals) = (scaled(counts.tex_coords), scaled(counts.normals));
+    let [tex_coords, normals, colors] = match options.bare {
+        true => [0; 3],
+        false => [counts.tex_coords, counts.normals, counts.colors].map(scaled),
+    };
     Ok(Survey {
         instances: 0,
         bytes,
         triangles,
         vertices,
-        kept_vertices: vertices + tex_coords + normals,
-        attributed_vertices: tex_coords.max(normals),
+        kept_vertices: vertices + tex_coords + normals + colors,
+        attributed_vertices: tex_coords.max(normals).max(colors),
         is_exact: false,
     })
 }
@@ -75,7 +79,10 @@ impl Counts {
         for line in lines.split(|&c| c == separator) {
             let statement = Statement::of(line);
             match statement.keyword {
-                b"v" => self.vertices += 1,
+                b"v" => {
+                    self.vertices += 1;
+                    self.colors += u64::from(words(statement.rest).nth(5).is_some());
+                }
                 b"vt" => self.tex_coords += 1,
                 b"vn" => self.normals += 1,
                 b"f" => {

@@ -3,6 +3,8 @@
 use crate::testing::{
     Collect, import_all_prefixes, import_bytes, import_path, import_with_any_memory, write_file,
 };
+use raystrips_geom::{Attributes, Streams};
+
 use crate::{Dropped, Import, ImportError, ImportOptions, Place, survey};
 
 fn read(text: &str) -> (Import, Collect) {
@@ -36,6 +38,32 @@ fn odd_white_space() {
     for text in texts {
         assert_eq!(read(text).1.triangles(), [(0, TRIANGLE)], "{text:?}");
     }
+}
+
+#[test]
+fn colors_behind_positions_are_linear_light() {
+    // The first vertex has a weight; the second and those after it a color, but for the last one. The middle of gray is 188.
+    let text = "f 2 3 4\nv 9 9 9 1\nv 0 0 0 1 0 0\nv 1 0 0 0.7372549 2 -1\nv 1 1 0 0 1 0 1\nv 0 1 0\n\
+                f 2 3 4 5\nf 1 2 3\n";
+    let (done, sink) = read(text);
+    let of = |batch: usize, vertex: usize| {
+        let batch = &sink.0[batch];
+        let record = &batch.attributes[vertex * batch.streams.record_bytes()..];
+        Attributes::decode(record, batch.streams).color.to_array()
+    };
+    let has_colors: Vec<bool> = sink.0.iter().map(|batch| batch.streams.has(Streams::COLORS)).collect();
+    assert_eq!(has_colors, [true, false, true]);
+    assert_eq!(of(0, 0), [1.0, 0.0, 0.0, 1.0]);
+    assert!((of(0, 1)[0] - 0.5029).abs() < 2e-4 && of(0, 1)[1..] == [1.0, 0.0, 1.0], "{:?}", of(0, 1));
+    assert_eq!(of(0, 3), [1.0; 4]);
+    // A face before its vertices has their colors, too.
+    assert_eq!(of(2, 2), [0.0, 1.0, 0.0, 1.0]);
+    assert_eq!(done.scene.materials.iter().map(|m| m.base_color).collect::<Vec<_>>(), [[0.8; 3]]);
+    let (done, _) = read(text.split_once('\n').unwrap().1);
+    assert_eq!(done.scene.materials.iter().map(|m| m.base_color).collect::<Vec<_>>(), [[1.0; 3]]);
+    let bare = ImportOptions { bare: true, ..ImportOptions::default() };
+    let (_folder, path) = write_file("model.obj", text.as_bytes());
+    assert!(import_path(&path, &bare).unwrap().1.0.iter().all(|batch| batch.attributes.is_empty()));
 }
 
 #[test]

@@ -1,10 +1,12 @@
-//! Vertices of OBJ files: corners of faces name positions, texture coordinates and normals on their own.
+//! Vertices of OBJ files: corners of faces name positions, texture coordinates and normals on their own. Colors, which scanners
+//! write behind positions, go with these.
 
 use crate::emit::Vertices;
 use crate::kept::Kept;
 use crate::number::{parse_f64, parse_i64, words};
 use crate::{ImportOptions, Result};
 use glam::{Vec2, Vec3};
+use raystrips_geom::texture::light_of_srgb;
 use raystrips_geom::{Attributes, Streams};
 
 /// No texture coordinate, or no normal.
@@ -21,6 +23,9 @@ pub(super) struct ObjVertices {
     /// Texture coordinates are wanted.
     pub keeps_tex_coords: bool,
     normals: Kept,
+    /// Of the positions from the first that has one.
+    colors: Kept,
+    colors_before: u64,
     is_bare: bool,
     /// Texture coordinate and normal of each corner.
     corners: Vec<[u32; 2]>,
@@ -39,12 +44,30 @@ impl ObjVertices {
             tex_coord_count: 0,
             tex_coords_before: 0,
             keeps_tex_coords: false,
-            normals: Kept::beside(options, 2 * part),
+            normals: Kept::beside(options, part + part / 2),
+            colors: Kept::beside(options, part / 2),
+            colors_before: 0,
             is_bare: options.bare,
             corners: Vec::new(),
             streams: Streams::NONE,
             broken: 0,
         }
+    }
+
+    /// A position, and its color if it has one.
+    #[inline]
+    pub fn push(&mut self, position: [f64; 3], color: Option<[f64; 3]>) -> Result<()> {
+        if let Some(color) = color.or_else(|| self.has_colors().then_some([1.0; 3])) {
+            if !self.has_colors() {
+                self.colors_before = self.positions.count();
+            }
+            self.colors.push(color)?;
+        }
+        self.positions.push(position)
+    }
+
+    pub fn has_colors(&self) -> bool {
+        self.colors.count() > 0
     }
 
     /// `vt u v`; what is odd becomes 0.
@@ -93,8 +116,8 @@ impl ObjVertices {
         self.corners.push([tex_coord, normal]);
     }
 
-    /// Says of which attributes faces are made from now on: those of the present face that are wanted.
-    pub fn begin_polygon(&mut self, has_texture: bool) {
+    /// Says of which attributes the present face, which has these vertices, is made: those that are wanted.
+    pub fn begin_polygon(&mut self, vertices: &[u32], has_texture: bool) {
         let all = |part: usize| !self.corners.is_empty() && self.corners.iter().all(|c| c[part] != NONE);
         self.streams = Streams::NONE;
         if has_texture && all(0) {
@@ -103,11 +126,9 @@ impl ObjVertices {
         if all(1) {
             self.streams = self.streams.union(Streams::NORMALS);
         }
-    }
-
-    /// The same of faces of which positions alone are known.
-    pub fn begin_bare_polygon(&mut self) {
-        self.streams = Streams::NONE;
+        if self.has_colors() && vertices.iter().all(|&v| u64::from(v) >= self.colors_before) {
+            self.streams = self.streams.union(Streams::COLORS);
+        }
     }
 }
 
@@ -123,15 +144,21 @@ impl Vertices for ObjVertices {
 
     fn release(&self) {
         self.positions.release();
+        self.colors.release();
     }
 
     fn streams(&self) -> Streams {
         self.streams
     }
 
-    fn attributes(&self, place: usize, _index: u32) -> Attributes {
-        let [tex_coord, normal] = self.corners[place];
+    fn attributes(&self, place: usize, index: u32) -> Attributes {
+        let [tex_coord, normal] = self.corners.get(place).copied().unwrap_or([NONE; 2]);
         let mut attributes = Attributes::default();
+        if self.streams.has(Streams::COLORS) {
+            let color = self.colors.position(index - self.colors_before as u32);
+            let light = color.map(|code| light_of_srgb(code.clamp(0.0, 1.0)) as f32);
+            attributes.color = Vec3::from_array(light).extend(1.0);
+        }
         if self.streams.has(Streams::TEX_COORDS_0) {
             let [u, v, _] = self.tex_coords.position(tex_coord).map(|x| x as f32);
             attributes.tex_coords[0] = Vec2::new(u, v);

@@ -20,7 +20,6 @@ use crate::{ImportError, Place, Result};
 use colors::colors;
 use header::{Element, Encoding, Header, Kind, Scalar};
 use raystrips_geom::Streams;
-use raystrips_geom::scene::Material;
 use std::path::Path;
 use values::{Binary, Missing, Text, Value, Values};
 use vertices::{Mapped, PlyVertices, RowLayout};
@@ -132,11 +131,7 @@ impl<'a> Reader<'a, '_> {
             return Ok(());
         }
         let indices = index_list(self.path, element)?;
-        let material = match vertices.streams() {
-            Streams::NONE => self.out.default_material(),
-            // Colors are all of the color.
-            _ => self.out.material(Material { base_color: [1.0; 3], ..Material::default() }),
-        };
+        let material = self.out.default_material(vertices.streams().has(Streams::COLORS));
         let geometry = self.out.geometry("", material);
         for row in 0..element.count {
             for (i, property) in element.properties.iter().enumerate() {

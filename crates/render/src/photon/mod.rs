@@ -17,7 +17,8 @@
 //! a path that gathers goes on until it finds them.
 //!
 //! Of the light of strands photons tell nothing, since around these there are no discs with photons: a path that meets one
-//! finds there what lamps send straight to it, and goes on until it meets a surface.
+//! finds there what lamps send straight to it, and goes on until it meets a surface, whose photons may have come by more
+//! reflections than are asked for in all.
 //!
 //! Photons are the paths of a picture of their own, so their rays go the way that all rays go: as they come, sorted, or from
 //! page to page. Passes with photons of their own share the samples of a pixel, so photons of one pass alone are in memory.
