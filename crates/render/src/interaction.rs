@@ -24,6 +24,8 @@ pub(crate) struct SurfaceInteraction {
     pub distance: f32,
     pub material: ShadingMaterial,
     pub is_strand: bool,
+    /// What the path came through absorbs, for each unit of length at the beginning, if it is not this solid.
+    pub around: Vec3,
     /// How much of the path ends here. Strands that let a ray pass were not hit by it.
     pub alpha: f32,
 }
@@ -54,6 +56,7 @@ impl Seen<'_> {
             distance,
             material: *self.materials.of(surface.geometry),
             is_strand: matches!(surface.shape, Shape::Segment(_)),
+            around: self.materials.absorption(self.path.medium),
             alpha: 1.0,
         };
         // Strands are not sampled.
@@ -133,11 +136,22 @@ impl SurfaceInteraction {
         (self.n.dot(dir) < 0.0) == is_behind
     }
 
-    /// What is left of light after its way here: a solid that it came through absorbs some.
+    /// What is left of light after its way here: a solid that it came through absorbs some (Beer and Lambert).
     pub fn transmittance(&self) -> Vec3 {
-        match !self.front && self.material.is_solid() {
-            true => self.material.transmittance(self.distance),
-            false => Vec3::ONE,
+        let is_end_of_solid = !self.front && self.material.is_solid();
+        let absorption = if is_end_of_solid { self.material.absorption } else { self.around };
+        match absorption == Vec3::ZERO {
+            true => Vec3::ONE,
+            false => (absorption * -self.distance).to_array().map(libm::expf).into(),
+        }
+    }
+
+    /// What a path is in, by number, that was in `before` and is scattered here.
+    pub fn medium_after(&self, before: u8, is_transmitted: bool) -> u8 {
+        match is_transmitted && self.material.is_solid() {
+            true if self.front => self.material.medium,
+            true => 0,
+            false => before,
         }
     }
 }

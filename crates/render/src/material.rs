@@ -41,7 +41,9 @@ pub(crate) struct ShadingMaterial {
     /// Light that is transmitted goes straight on.
     thin: bool,
     /// Share of light that is absorbed, for each unit of length at the beginning.
-    absorption: Vec3,
+    pub absorption: Vec3,
+    /// Number of what is behind the surface where that absorbs light; 0: nothing.
+    pub medium: u8,
     /// What most materials do not have.
     pub layers: Option<Layers>,
 }
@@ -75,6 +77,7 @@ impl ShadingMaterial {
             ior,
             thin: material.thin,
             absorption: Vec3::from(material.absorption.map(radiance)),
+            medium: 0,
             layers,
         };
         ready.shine_if_unlit();
@@ -107,11 +110,6 @@ impl ShadingMaterial {
     /// Light goes through as if the surface were a thin sheet of the material.
     pub fn is_sheet(&self) -> bool {
         self.transmission > 0.0 && self.thin
-    }
-
-    /// What is left of light after a way through the material (Beer and Lambert).
-    pub fn transmittance(&self, distance: f32) -> Vec3 {
-        (self.absorption * -distance).to_array().map(libm::expf).into()
     }
 
     /// Radiance emitted from the front, or from the back.
@@ -207,10 +205,15 @@ impl Varying {
 /// The material of each geometry.
 pub(crate) struct Materials {
     by_geometry: Vec<(ShadingMaterial, Varying)>,
+    /// What solids absorb, by number of medium; nothing in the first.
+    absorption: Vec<Vec3>,
     fallback: (ShadingMaterial, Varying),
     textures: Textures,
     are_see_through: bool,
 }
+
+/// Media that paths can tell, with none.
+const MOST_MEDIA: usize = 256;
 
 impl Materials {
     pub fn new(description: &SceneDesc) -> Materials {
@@ -221,13 +224,25 @@ impl Materials {
             (ShadingMaterial::new(material), varying)
         };
         let fallback = ready(&Material::default());
+        let mut absorption = vec![Vec3::ZERO];
+        let mut by_material: Vec<_> = description.materials.iter().map(ready).collect();
+        for (material, _) in &mut by_material {
+            // More than can be numbered absorb what goes from end to end alone.
+            if material.is_solid() && material.absorption != Vec3::ZERO && absorption.len() < MOST_MEDIA {
+                material.medium = absorption.len() as u8;
+                absorption.push(material.absorption);
+            }
+        }
         let of = |index: u32| description.materials.get(index as usize);
-        let used = || description.geometries.iter().map(|geometry| of(geometry.material));
+        let geometries = description.geometries.iter();
         // Of strands the tracer decides which rays they stop.
         let surfaces = description.geometries.iter().filter(|geometry| geometry.has_triangles);
         let mut surfaces = surfaces.filter_map(|geometry| of(geometry.material));
         Materials {
-            by_geometry: used().map(|material| material.map_or(fallback, ready)).collect(),
+            by_geometry: geometries
+                .map(|g| by_material.get(g.material as usize).copied().unwrap_or(fallback))
+                .collect(),
+            absorption,
             fallback,
             textures: Textures::new(description),
             are_see_through: surfaces.any(Material::is_see_through),
@@ -237,6 +252,11 @@ impl Materials {
     /// True if rays may pass some surfaces.
     pub fn are_see_through(&self) -> bool {
         self.are_see_through
+    }
+
+    /// Share of light that a medium absorbs, for each unit of length at the beginning.
+    pub fn absorption(&self, medium: u8) -> Vec3 {
+        self.absorption.get(usize::from(medium)).copied().unwrap_or_default()
     }
 
     /// The material of a geometry; a matte light gray where the description has none.

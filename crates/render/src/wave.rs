@@ -64,6 +64,8 @@ pub(crate) struct Path {
     pub passed: u32,
     /// What it is out for, as its shader says.
     pub errand: u8,
+    /// What the current ray runs through, by [`Materials::absorption`]; 0 for nothing.
+    pub medium: u8,
     /// How wide what is seen at once is where the current ray begins, in scene units.
     pub width: f32,
     /// How much wider it is for each unit of length from there.
@@ -85,6 +87,7 @@ impl Path {
             bounces: 0,
             passed: 0,
             errand: 0,
+            medium: 0,
             width: 0.0,
             spread: 0.0,
             straight: 0.0,

@@ -97,6 +97,7 @@ impl<'a> PathTracer<'a> {
             path.throughput /= survival;
         }
         path.scatter_pdf = scattered.pdf;
+        path.medium = hit.medium_after(path.medium, scattered.is_transmitted);
         path.spread = path.spread.max(bsdf.spread());
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }

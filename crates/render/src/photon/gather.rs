@@ -200,6 +200,7 @@ impl<'a> Gather<'a> {
         path.straight = 0.0;
         path.spread = path.spread.max(bsdf.spread());
         path.scatter_pdf = scattered.pdf;
+        path.medium = hit.medium_after(path.medium, scattered.is_transmitted);
         path.errand = errand as u8;
         Some(hit.spawn(scattered.wi, scattered.is_transmitted))
     }

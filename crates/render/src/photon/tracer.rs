@@ -107,6 +107,7 @@ impl<'a> PhotonTracer<'a> {
         }
         path.throughput *= scattered.weight / kept;
         path.bounces += 1;
+        path.medium = hit.medium_after(path.medium, scattered.is_transmitted);
         // What left a diffuse surface is no caustic photon any more. By glossy ones it stays one: paths that gather do not
         // look for lamps there.
         path.scatter_pdf = path.scatter_pdf.or(scattered.pdf.filter(|_| bsdf.is_diffuse()));

@@ -5,7 +5,7 @@ use crate::{
     integrator::{DirectLight, LightWeight, PathTracer},
     lights::{AreaLights, PunctualLights},
     material::Materials,
-    params::RenderParams,
+    params::{Integrator, RenderParams},
     sampling::power_heuristic,
     sky::SkyLight,
     testing::{
@@ -188,4 +188,27 @@ fn light_is_absorbed_along_its_way_through_a_solid() {
     world.description.cameras.push(probe(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
     let expected = Vec3::new(1.0, libm::expf(-1.5), libm::expf(-6.0));
     assert_near(mean(&render_quietly(&world, &params(4, 8))), expected, 1e-3);
+}
+
+#[test]
+fn light_is_absorbed_before_what_is_inside_of_a_solid() {
+    let mut world = BruteWorld::default();
+    let absorbing = Material {
+        transmission: 1.0,
+        roughness: 0.0,
+        ior: 1.0,
+        absorption: [0.0, 0.5, 2.0],
+        ..matte([1.0; 3])
+    };
+    world.add(&box_walls(Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, 9.0, 3.0)), absorbing);
+    // Two units below: it shines, and does not reflect.
+    let plate = Material { emission: [1.0; 3], double_sided: true, ..matte([0.0; 3]) };
+    world.add(&quad(Vec3::new(-1.0, -1.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0), plate);
+    world.description.sky = Some(Sky::Constant([0.0; 3]));
+    world.description.cameras.push(probe(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
+    let expected = Vec3::new(1.0, libm::expf(-1.0), libm::expf(-4.0));
+    for integrator in [Integrator::Path, Integrator::Photon] {
+        let params = RenderParams { integrator, ..params(4, 8) };
+        assert_near(mean(&render_quietly(&world, &params)), expected, 1e-3);
+    }
 }
