@@ -19,6 +19,9 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
+/// Pages go when the process has all of its memory but this part: what an allocator keeps grows slowly, and the system counts
+/// tables of its own, too.
+const SPARE_PART: u64 = 32;
 /// Bytes of a chunk (Moon et al. 2010, section 6.1), and the part of the memory for pages that one may take.
 const CHUNK_BYTES: u64 = 32 << 20;
 const CHUNK_PART: u64 = 4;
@@ -152,7 +155,7 @@ fn queued(
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
     let world = PagedWorld::new(PagePool::open(path, page_bytes + photon_bytes, side_bytes)?);
     let params = params(&world.pool().pack().manifest)?;
-    let process_bytes = args.convert.source.memory.unwrap_or(u64::MAX);
+    let process_bytes = args.convert.source.memory.map_or(u64::MAX, |memory| memory - memory / SPARE_PART);
     let (paging, name) = match args.reorder {
         ReorderName::Chunks => {
             let read_bytes = CHUNK_BYTES.min(page_bytes / CHUNK_PART);

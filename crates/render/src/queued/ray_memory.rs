@@ -10,7 +10,7 @@ const UNIT_BYTES: usize = 1 << 20;
 /// The allocator takes this part of it more, at about: queues of all sizes come and go.
 const ALLOCATOR_PART: usize = 3;
 /// Calls between looks at what the process has.
-const CALLS: u64 = 16;
+const CALLS: u64 = 4;
 
 /// What rays that wait have of the memory of a pool, in units.
 pub(super) struct RayMemory<'p> {
