@@ -86,6 +86,8 @@ impl PhotonParams {
 
 /// Side of the picture whose paths are photons.
 const SIDE: u32 = 32;
+/// The allocator keeps this part of what photons no longer need, at about.
+const ALLOCATOR_PART: u64 = 3;
 /// Work of a pass has numbers of so many bits.
 const PASS_BITS: u32 = 40;
 /// No estimate is made from photons farther than this part of the scene's diagonal.
@@ -118,7 +120,10 @@ pub(crate) fn render_passes(
         // While photons are sent out nobody knows how many will land.
         let mut memory = lit.world.lend(params.photons.bytes(params.max_bounces));
         let gather = send_photons(lit, params, pass, drive, &mut output.stats)?;
-        memory.iter_mut().for_each(|memory| memory.shrink(gather.bytes()));
+        if let Some(memory) = &mut memory {
+            let freed = memory.bytes().saturating_sub(gather.bytes());
+            memory.shrink(gather.bytes() + freed / ALLOCATOR_PART);
+        }
         let samples =
             [pass, pass + 1].map(|p| (u64::from(p) * u64::from(params.spp) / u64::from(passes)) as u32);
         let camera = CameraPaths::new(params, lit.world)?.starting_at(samples[0]);
