@@ -166,16 +166,14 @@ impl<'a> Worker<'a> {
     /// Shades what rays hit, and hands on what came of it.
     fn shade(&mut self) -> Result<(), RenderError> {
         let most = MOST_NEXT.div_ceil(self.job.shader.most_branches());
-        let mut first = 0;
-        while first < self.rays.len() {
-            let end = self.rays.len().min(first + most);
-            self.shade_some(first..end)?;
-            if self.next.len() >= MOST_NEXT || end == self.rays.len() {
+        for first in (0..self.rays.len()).step_by(most) {
+            self.shade_some(first..self.rays.len().min(first + most))?;
+            if self.next.len() >= MOST_NEXT {
                 self.hand_on()?;
             }
-            first = end;
         }
-        Ok(())
+        // Of shadow rays alone there are deposits, too.
+        self.hand_on()
     }
 
     fn shade_some(&mut self, range: Range<usize>) -> Result<(), OpenError> {

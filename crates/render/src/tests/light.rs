@@ -172,10 +172,9 @@ fn clear_glass_vanishes_in_a_white_sky() {
     }
 }
 
-#[test]
-fn light_is_absorbed_along_its_way_through_a_solid() {
+/// Three units of what absorbs and does not refract, seen from two units above.
+fn absorbing_slab() -> BruteWorld {
     let mut world = BruteWorld::default();
-    // Without refraction: straight through three units.
     let absorbing = Material {
         transmission: 1.0,
         roughness: 0.0,
@@ -184,28 +183,25 @@ fn light_is_absorbed_along_its_way_through_a_solid() {
         ..matte([1.0; 3])
     };
     world.add(&box_walls(Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, 9.0, 3.0)), absorbing);
-    world.description.sky = Some(Sky::Constant([1.0; 3]));
     world.description.cameras.push(probe(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
+    world
+}
+
+#[test]
+fn light_is_absorbed_along_its_way_through_a_solid() {
+    let mut world = absorbing_slab();
+    world.description.sky = Some(Sky::Constant([1.0; 3]));
     let expected = Vec3::new(1.0, libm::expf(-1.5), libm::expf(-6.0));
     assert_near(mean(&render_quietly(&world, &params(4, 8))), expected, 1e-3);
 }
 
 #[test]
 fn light_is_absorbed_before_what_is_inside_of_a_solid() {
-    let mut world = BruteWorld::default();
-    let absorbing = Material {
-        transmission: 1.0,
-        roughness: 0.0,
-        ior: 1.0,
-        absorption: [0.0, 0.5, 2.0],
-        ..matte([1.0; 3])
-    };
-    world.add(&box_walls(Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, 9.0, 3.0)), absorbing);
+    let mut world = absorbing_slab();
     // Two units below: it shines, and does not reflect.
     let plate = Material { emission: [1.0; 3], double_sided: true, ..matte([0.0; 3]) };
     world.add(&quad(Vec3::new(-1.0, -1.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0), plate);
     world.description.sky = Some(Sky::Constant([0.0; 3]));
-    world.description.cameras.push(probe(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
     let expected = Vec3::new(1.0, libm::expf(-1.0), libm::expf(-4.0));
     for integrator in [Integrator::Path, Integrator::Photon] {
         let params = RenderParams { integrator, ..params(4, 8) };
