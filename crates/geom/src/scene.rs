@@ -196,6 +196,9 @@ pub struct MaterialTextures {
 }
 
 impl MaterialTextures {
+    /// Stands for a texture that a file names and that cannot be had, until [`Material::drop_textures`].
+    pub const LOST: u32 = u32::MAX;
+
     /// All that there are.
     pub fn all(&self) -> impl Iterator<Item = u32> {
         let mut copy = *self;

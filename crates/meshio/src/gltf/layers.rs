@@ -93,51 +93,43 @@ impl Layers<'_, '_, '_> {
     }
 
     fn texture(&mut self, info: &Option<Info>, is_srgb: bool) -> Option<u32> {
-        self.textures.get(&Named::of(info.as_ref()?), is_srgb, self.out)
-    }
-
-    /// A texture, and the number that it multiplies: 0 if it could not be had, since what it confines to some places would be
-    /// everywhere.
-    fn confined(&mut self, factor: f32, info: &Option<Info>) -> (f32, Option<u32>) {
-        let texture = self.texture(info, false);
-        (if texture.is_some() || info.is_none() { factor } else { 0.0 }, texture)
+        Some(self.textures.get(&Named::of(info.as_ref()?), is_srgb, self.out))
     }
 
     fn clearcoat(&mut self, json: JsonClearcoat, material: &mut Material) {
-        let (strength, texture) = self.confined(json.clearcoat_factor, &json.clearcoat_texture);
         let normal_scale = json.clearcoat_normal_texture.as_ref().map_or(1.0, |normal| normal.scale);
-        material.clearcoat = Clearcoat { strength, roughness: json.clearcoat_roughness_factor, normal_scale };
-        material.textures.clearcoat = texture;
+        material.clearcoat = Clearcoat {
+            strength: json.clearcoat_factor,
+            roughness: json.clearcoat_roughness_factor,
+            normal_scale,
+        };
+        material.textures.clearcoat = self.texture(&json.clearcoat_texture, false);
         material.textures.clearcoat_roughness = self.texture(&json.clearcoat_roughness_texture, false);
         let normal = json.clearcoat_normal_texture.as_ref();
         material.textures.clearcoat_normal =
-            normal.and_then(|normal| self.textures.get(&Named::of_normal(normal), false, self.out));
+            normal.map(|normal| self.textures.get(&Named::of_normal(normal), false, self.out));
     }
 
     fn sheen(&mut self, json: JsonSheen, material: &mut Material) {
-        let texture = self.texture(&json.sheen_color_texture, true);
-        let is_there = texture.is_some() || json.sheen_color_texture.is_none();
-        let color = if is_there { json.sheen_color_factor } else { [0.0; 3] };
-        material.sheen = Sheen { color, roughness: json.sheen_roughness_factor };
-        material.textures.sheen_color = texture;
+        material.sheen = Sheen { color: json.sheen_color_factor, roughness: json.sheen_roughness_factor };
+        material.textures.sheen_color = self.texture(&json.sheen_color_texture, true);
         material.textures.sheen_roughness = self.texture(&json.sheen_roughness_texture, false);
     }
 
     fn anisotropy(&mut self, json: &JsonAnisotropy, material: &mut Material) {
-        let (strength, texture) = self.confined(json.anisotropy_strength, &json.anisotropy_texture);
-        material.anisotropy = Anisotropy { strength, rotation: json.anisotropy_rotation };
-        material.textures.anisotropy = texture;
+        material.anisotropy =
+            Anisotropy { strength: json.anisotropy_strength, rotation: json.anisotropy_rotation };
+        material.textures.anisotropy = self.texture(&json.anisotropy_texture, false);
     }
 
     fn iridescence(&mut self, json: &JsonIridescence, material: &mut Material) {
-        let (strength, texture) = self.confined(json.iridescence_factor, &json.iridescence_texture);
         material.iridescence = Iridescence {
-            strength,
+            strength: json.iridescence_factor,
             ior: json.iridescence_ior,
             least_thickness: json.iridescence_thickness_minimum,
             thickness: json.iridescence_thickness_maximum,
         };
-        material.textures.iridescence = texture;
+        material.textures.iridescence = self.texture(&json.iridescence_texture, false);
         material.textures.iridescence_thickness = self.texture(&json.iridescence_thickness_texture, false);
     }
 }

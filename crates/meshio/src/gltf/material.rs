@@ -9,7 +9,7 @@ use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossi
 use gltf::json::material::AlphaMode as JsonAlphaMode;
 use gltf::json::validation::Checked;
 use raystrips_geom::Streams;
-use raystrips_geom::scene::{AlphaMode, Material, SceneDesc};
+use raystrips_geom::scene::{AlphaMode, Material, MaterialTextures, SceneDesc};
 use std::collections::BTreeSet;
 
 /// Materials of a document, added to the scene when first used.
@@ -75,26 +75,20 @@ impl<'a> Materials<'a> {
             ..Material::default()
         };
         let mut texture = |info: &Option<gltf::json::texture::Info>, is_srgb| {
-            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), is_srgb, out))
+            info.as_ref().map(|info| self.textures.get(&Named::of(info), is_srgb, out))
         };
         material.textures.base_color = texture(&pbr.base_color_texture, true);
         material.textures.metallic = texture(&pbr.metallic_roughness_texture, false);
         material.textures.roughness = material.textures.metallic;
         material.textures.emission = texture(&json.emissive_texture, true);
         if let Some(normal) = &json.normal_texture {
-            material.textures.normal = self.textures.get(&Named::of_normal(normal), false, out);
+            material.textures.normal = Some(self.textures.get(&Named::of_normal(normal), false, out));
             material.normal_scale = if normal.scale.is_finite() { normal.scale } else { 1.0 };
-        }
-        // Without its texture, which could not be had, a factor of 1 would make everything metal, or glow.
-        if pbr.metallic_roughness_texture.is_some() && material.textures.metallic.is_none() {
-            material.metallic = 0.0;
-        }
-        if json.emissive_texture.is_some() && material.textures.emission.is_none() {
-            material.emission = [0.0; 3];
         }
         if let Some(extensions) = &json.extensions {
             self.extend(&mut material, extensions, out);
         }
+        material.drop_textures(|texture| texture == MaterialTextures::LOST);
         let cutoff = json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
         match json.alpha_mode {
             Checked::Valid(JsonAlphaMode::Blend) => material.alpha_mode = AlphaMode::Blend,
@@ -114,7 +108,7 @@ impl<'a> Materials<'a> {
             material.transmission = transmission.transmission_factor.0;
             let texture = transmission.transmission_texture.as_ref();
             material.textures.transmission =
-                texture.and_then(|info| self.textures.get(&Named::of(info), false, out));
+                texture.map(|info| self.textures.get(&Named::of(info), false, out));
         }
         material.ior = extensions.ior.as_ref().map_or(material.ior, |i| i.ior.0);
         if let Some(specular) = &extensions.specular {
@@ -133,7 +127,7 @@ impl<'a> Materials<'a> {
         material.specular = specular.specular_factor.0;
         material.specular_color = specular.specular_color_factor.0;
         let texture = |info: &Option<gltf::json::texture::Info>, is_srgb, out: &mut Emitter| {
-            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), is_srgb, out))
+            info.as_ref().map(|info| self.textures.get(&Named::of(info), is_srgb, out))
         };
         material.textures.specular = texture(&specular.specular_texture, false, out);
         material.textures.specular_color = texture(&specular.specular_color_texture, true, out);
@@ -147,14 +141,11 @@ impl<'a> Materials<'a> {
         (material.textures.metallic, material.textures.roughness) = (None, None);
         material.specular_color = glossy.specular_factor.0.map(|c| c / 0.04);
         let mut texture = |info: &Option<gltf::json::texture::Info>| {
-            info.as_ref().and_then(|info| self.textures.get(&Named::of(info), true, out))
+            info.as_ref().map(|info| self.textures.get(&Named::of(info), true, out))
         };
         material.textures.base_color = texture(&glossy.diffuse_texture);
         let specular = texture(&glossy.specular_glossiness_texture);
         (material.textures.specular_color, material.textures.glossiness) = (specular, specular);
-        if specular.is_none() && glossy.specular_glossiness_texture.is_some() {
-            (material.specular_color, material.roughness) = ([1.0; 3], 1.0);
-        }
     }
 }
 

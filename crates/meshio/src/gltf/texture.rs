@@ -7,6 +7,7 @@ use crate::emit::Emitter;
 use crate::reference::{percent_decoded, resolve};
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::NormalTexture;
+use raystrips_geom::scene::MaterialTextures;
 use raystrips_geom::texture::{Texture, Wrap};
 use std::path::Path;
 
@@ -44,16 +45,16 @@ pub(super) struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    /// The texture, or nothing where it cannot be had; why is told.
-    pub fn get(&self, named: &Named, is_srgb: bool, out: &mut Emitter) -> Option<u32> {
+    /// The texture; [`MaterialTextures::LOST`] where it cannot be had, which is told, or is not wanted.
+    pub fn get(&self, named: &Named, is_srgb: bool, out: &mut Emitter) -> u32 {
         if out.options.bare {
-            return None;
+            return MaterialTextures::LOST;
         }
         match self.find(named, out) {
-            Ok((source, texture)) => Some(out.texture(source, is_srgb, texture)),
+            Ok((source, texture)) => out.texture(source, is_srgb, texture),
             Err(what) => {
                 out.warn(self.path, format_args!("textures[{}] is left out: {what}", named.index));
-                None
+                MaterialTextures::LOST
             }
         }
     }

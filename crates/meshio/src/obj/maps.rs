@@ -4,7 +4,7 @@ use crate::ImageSource;
 use crate::emit::Emitter;
 use crate::number::{is_space, parse_f64};
 use crate::reference::resolve_in;
-use raystrips_geom::scene::{AlphaMode, Material};
+use raystrips_geom::scene::{AlphaMode, Material, MaterialTextures};
 use raystrips_geom::texture::{Texture, Wrap};
 use std::path::{Path, PathBuf};
 
@@ -84,33 +84,19 @@ impl TextureMap {
         (!map.file.is_empty()).then_some(map)
     }
 
-    /// Gives the material of a model the texture. What cannot be had is told.
-    fn apply(
-        &self,
-        model: &Path,
-        material: &mut Material,
-        base_color: Option<&TextureMap>,
-        out: &mut Emitter,
-    ) {
-        let path = match resolve_in(model, &self.library, &self.file) {
-            Ok(path) => path,
-            Err(reason) => {
-                let what = format!("texture '{}' is not read: {reason}", self.file);
-                return out.warn(&self.library, what);
-            }
-        };
+    /// The file of the texture in a model, or why it cannot be had.
+    fn find(&self, model: &Path, out: &mut Emitter) -> Result<PathBuf, String> {
+        let path = resolve_in(model, &self.library, &self.file)
+            .map_err(|reason| format!("texture '{}' is not read: {reason}", self.file))?;
         out.note_file(&path);
-        if !path.is_file() {
-            let what = format!("there is no texture '{}'; put it next to this file", self.file);
-            return out.warn(&self.library, what);
+        match path.is_file() {
+            true => Ok(path),
+            false => Err(format!("there is no texture '{}'; put it next to this file", self.file)),
         }
-        if self.slot == Slot::Opacity {
-            material.alpha_mode = AlphaMode::Blend;
-            // The opacity that comes with the colors.
-            if base_color.is_some_and(|map| map.file == self.file) {
-                return;
-            }
-        }
+    }
+
+    /// Number of the texture with the image at `path`.
+    fn texture(&self, path: PathBuf, out: &mut Emitter) -> u32 {
         let wrap = if self.is_clamped { Wrap::Clamp } else { Wrap::Repeat };
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         // The first row of an image is the upper one, where v is 1.
@@ -121,27 +107,54 @@ impl TextureMap {
             _ => ImageSource::File(path),
         };
         let is_srgb = matches!(self.slot, Slot::BaseColor | Slot::Emission | Slot::Specular);
-        let texture = Some(out.texture(source, is_srgb, texture));
+        out.texture(source, is_srgb, texture)
+    }
+
+    /// Gives the material of a model the texture. What cannot be had is told.
+    fn apply(
+        &self,
+        model: &Path,
+        material: &mut Material,
+        base_color: Option<&TextureMap>,
+        out: &mut Emitter,
+    ) {
         let textures = &mut material.textures;
-        match self.slot {
-            Slot::BaseColor => textures.base_color = texture,
-            Slot::Opacity => textures.opacity = texture,
-            Slot::Emission => textures.emission = texture,
-            Slot::Specular => textures.specular_color = texture,
-            Slot::Roughness => textures.roughness = texture,
-            Slot::Metallic => textures.metallic = texture,
-            Slot::Heights | Slot::Slopes => textures.normal = texture,
+        let slot = match self.slot {
+            Slot::BaseColor => &mut textures.base_color,
+            Slot::Opacity => &mut textures.opacity,
+            Slot::Emission => &mut textures.emission,
+            Slot::Specular => &mut textures.specular_color,
+            Slot::Roughness => &mut textures.roughness,
+            Slot::Metallic => &mut textures.metallic,
+            Slot::Heights | Slot::Slopes => &mut textures.normal,
+        };
+        if out.options.bare {
+            *slot = Some(MaterialTextures::LOST);
+            return;
         }
+        let path = match self.find(model, out) {
+            Ok(path) => path,
+            Err(what) => {
+                *slot = Some(MaterialTextures::LOST);
+                return out.warn(&self.library, what);
+            }
+        };
+        if self.slot == Slot::Opacity {
+            material.alpha_mode = AlphaMode::Blend;
+            // The opacity that comes with the colors.
+            if base_color.is_some_and(|map| map.file == self.file) {
+                return;
+            }
+        }
+        *slot = Some(self.texture(path, out));
     }
 }
 
-/// Gives a material of a model its textures. Numbers that only say that there is a texture become 1.
+/// Gives a material of a model its textures. Numbers that only say that there is a texture become 1, and go with it.
 pub(super) fn apply(maps: &[TextureMap], model: &Path, material: &mut Material, out: &mut Emitter) {
-    if out.options.bare {
-        return;
-    }
     let base_color = maps.iter().find(|map| map.slot == Slot::BaseColor);
     maps.iter().for_each(|map| map.apply(model, material, base_color, out));
+    material.drop_textures(|texture| texture == MaterialTextures::LOST);
 }
 
 fn word<'a>(rest: &mut &'a [u8]) -> &'a [u8] {

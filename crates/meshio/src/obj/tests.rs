@@ -214,3 +214,19 @@ fn surveys_are_close_wherever_the_faces_are() {
         assert_eq!(survey(&[path], &ImportOptions::default()).unwrap().triangles, 0);
     }
 }
+
+/// A number that only says that there is a texture is none without it.
+#[test]
+fn a_lost_texture_neither_glows_nor_makes_metal() {
+    let (folder, path) =
+        write_file("a.obj", format!("mtllib a.mtl\n{CORNERS}usemtl a\nf 1 2 3\n").as_bytes());
+    let mtl = "newmtl a\nKd 0.5 0.5 0.5\nmap_Ke lost.png\nmap_Pm lost.png\nnorm lost.png\n";
+    std::fs::write(folder.path().join("a.mtl"), mtl).unwrap();
+    for bare in [false, true] {
+        let (done, _) = import_path(&path, &ImportOptions { bare, ..ImportOptions::default() }).unwrap();
+        let material = &done.scene.materials[0];
+        assert_eq!((material.emission, material.metallic, material.base_color), ([0.0; 3], 0.0, [0.5; 3]));
+        assert_eq!(material.textures.all().count(), 0);
+        assert_eq!(done.report.warnings.len(), if bare { 0 } else { 1 }, "{:?}", done.report.warnings);
+    }
+}
