@@ -41,7 +41,8 @@ impl Ray {
 }
 
 /// The nearest intersection of a ray. The point is `(1 - u - v) p0 + u p1 + v p2` of the triangle's corners.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Hit {
     /// Distance in multiples of the ray's `dir`; infinity where nothing was hit.
     pub t: f32,

@@ -195,6 +195,11 @@ impl PagePool {
         Some(page)
     }
 
+    /// Whether page `id` is in memory now.
+    pub fn has(&self, id: PageId) -> bool {
+        self.slot(id).is_some()
+    }
+
     /// Bytes of those of `pages` that are not in memory.
     pub fn absent_bytes(&self, pages: &[PageId]) -> u64 {
         pages.iter().filter(|&&id| self.slot(id).is_none()).map(|&id| u64::from(self.entry(id).bytes)).sum()

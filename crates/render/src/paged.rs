@@ -1,14 +1,15 @@
 //! A pack of which some pages are in memory as a world: pages come when rays need them.
 
 use crate::traced::{emitters, surface_of};
-use crate::world::{Emitter, Surface, Tile, World};
+use crate::world::{Emitter, Progress, Surface, Tile, World};
 use glam::Vec3;
 use raystrips_extmem::BlockBuffer;
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_tracer::{
-    AttributeView, Buffered, Cursor, Loan, OpenError, PageId, PagePool, PageView, RayBuffer, VisitTracer,
-    locate_in, page_of, placed, placed_attributes,
+    AttributeView, Buffered, Cursor, Loan, OpenError, PageId, PagePool, PageView, Parked, RayBuffer,
+    VisitTracer, locate_in, page_of, placed, placed_attributes,
 };
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -94,13 +95,48 @@ impl PagedWorld {
             if aside.pages.is_empty() {
                 return Ok(());
             }
-            let most = (self.pool.capacity() / LOADED_PART).max(1);
-            aside.pages.iter().take(most).try_for_each(|&page| self.load(page, &mut buffer))?;
+            self.bring_some(&aside.pages, &mut buffer)?;
             for page in aside.pages.drain(..) {
                 left.append(aside.rays.get_mut(&page).expect("rays wait for it"));
             }
             aside.rays.clear();
         }
+    }
+
+    /// Goes on with rays whose next page is in memory.
+    fn advance<T: Copy>(
+        &self,
+        rays: &[Ray],
+        progress: &mut [Progress<T>],
+        answer: impl Fn(Hit) -> T,
+        trace: impl FnOnce(&mut VisitTracer, Buffered<u32>),
+    ) {
+        let mut moving = Numbered::default();
+        for ((errand, &ray), progress) in (0..).zip(rays).zip(&*progress) {
+            match *progress {
+                Progress::Stopped(page, _) if !self.pool.has(page) => {}
+                Progress::Waits(place) | Progress::Stopped(_, place) => {
+                    moving.push_parked(&Parked { errand, ray, place });
+                }
+                Progress::Ended(_) => {}
+            }
+        }
+        let progress = Cell::from_mut(progress).as_slice_of_cells();
+        let visit = self.pool.visit();
+        let buffered = Buffered {
+            rays: &moving,
+            cursor: &mut Cursor::default(),
+            most: usize::MAX,
+            done: &mut |i, _, hit| progress[i as usize].set(Progress::Ended(answer(hit))),
+            aside: &mut |page, ray| progress[ray.errand as usize].set(Progress::Stopped(page, ray.place)),
+        };
+        trace(&mut VisitTracer::new(&visit), buffered);
+    }
+
+    /// Brings as many of `pages` as is good at a time.
+    fn bring_some(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<(), OpenError> {
+        let most = (self.pool.capacity() / LOADED_PART).max(1);
+        pages.iter().take(most).try_for_each(|&page| self.load(page, buffer))
     }
 
     /// Brings a page.
@@ -153,6 +189,24 @@ impl World for PagedWorld {
                 aside: &mut |page, ray| aside.of(page).push_parked(&ray),
             });
         })
+    }
+
+    fn is_whole(&self) -> bool {
+        false
+    }
+
+    fn intersect_ahead(&self, rays: &[Ray], progress: &mut [Progress<Hit>]) -> Result<(), OpenError> {
+        self.advance(rays, progress, |hit| hit, |tracer, rays| tracer.intersect(rays));
+        Ok(())
+    }
+
+    fn occluded_ahead(&self, rays: &[Ray], progress: &mut [Progress<bool>]) -> Result<(), OpenError> {
+        self.advance(rays, progress, |hit| hit.is_hit(), |tracer, rays| tracer.occluded(rays));
+        Ok(())
+    }
+
+    fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
+        self.bring_some(pages, &mut BlockBuffer::default())
     }
 
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use raystrips_geom::texture::TILE_BYTES;
 use raystrips_geom::{Aabb, Attributes, Hit, Ray, Shape, scene::SceneDesc};
-use raystrips_tracer::{Loan, OpenError};
+use raystrips_tracer::{Loan, OpenError, PageId, Place};
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -23,6 +23,34 @@ pub trait World: Sync {
     /// Writes into `occluded[i]` whether anything lies on the segment of `rays[i]`. The slices have the same
     /// length.
     fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError>;
+
+    /// Whether all of it is in memory, so that no ray ever stops.
+    fn is_whole(&self) -> bool {
+        true
+    }
+
+    /// Goes on with those of `rays` that have not ended toward their nearest hits, as far as what is in memory lets them:
+    /// `progress[i]` is how far `rays[i]` has come. The slices have the same length.
+    fn intersect_ahead(&self, rays: &[Ray], progress: &mut [Progress<Hit>]) -> Result<(), OpenError> {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.intersect_batch(rays, &mut hits)?;
+        progress.iter_mut().zip(hits).for_each(|(progress, hit)| *progress = Progress::Ended(hit));
+        Ok(())
+    }
+
+    /// The same for [`World::occluded_batch`].
+    fn occluded_ahead(&self, rays: &[Ray], progress: &mut [Progress<bool>]) -> Result<(), OpenError> {
+        let mut occluded = vec![false; rays.len()];
+        self.occluded_batch(rays, &mut occluded)?;
+        let ended = progress.iter_mut().zip(occluded);
+        ended.for_each(|(progress, is_occluded)| *progress = Progress::Ended(is_occluded));
+        Ok(())
+    }
+
+    /// Brings some of the pages for which rays have stopped, the first ones.
+    fn bring(&self, _pages: &[PageId]) -> Result<(), OpenError> {
+        Ok(())
+    }
 
     /// Writes the triangle of `hits[i]`, which [`World::intersect_batch`] found, into `surfaces[i]`, and leaves it as it
     /// is for a miss. The slices have the same length.
@@ -50,6 +78,17 @@ pub trait World: Sync {
     fn lend(&self, _bytes: u64) -> Option<Loan> {
         None
     }
+}
+
+/// How far a ray has come.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress<T> {
+    /// To this place, and has not been traced since.
+    Waits(Place),
+    /// To this place, where it needs a page that is not in memory.
+    Stopped(PageId, Place),
+    /// To its end.
+    Ended(T),
 }
 
 /// The bytes of a tile.

@@ -266,9 +266,9 @@ impl<E: Copy> Jobs for Buffered<'_, E> {
         (self.done)(errand, ray, hit);
     }
 
-    fn set_aside(&mut self, number: usize, Stopped { page, best, link, instance }: Stopped) {
+    fn set_aside(&mut self, number: usize, Stopped { page, place }: Stopped) {
         let (errand, ray) = self.rays.ray(number);
-        (self.aside)(page, Parked { errand, ray, best, link, instance });
+        (self.aside)(page, Parked { errand, ray, place });
     }
 }
 

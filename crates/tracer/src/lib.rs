@@ -32,7 +32,7 @@ pub use kernel::{Buffered, Kernel, SetAside, Tracer, VisitTracer};
 pub use observe::{Access, Part};
 pub use packet::PACKET;
 pub use placed::{placed, placed_attributes};
-pub use rays::{Cursor, Parked, RayBuffer};
+pub use rays::{Cursor, Parked, Place, RayBuffer};
 pub use raystrips_pack::{
     AttributeView, Emitter, GeometryBounds, Instance, PackError, PageId, PageView, ProxyKind,
 };

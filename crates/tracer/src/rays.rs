@@ -1,20 +1,33 @@
 //! Rays that wait for pages: little memory for each, since that is what decides how many may wait, and so for how many
 //! rays a page is read.
 
+use bytemuck::{Pod, Zeroable};
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::TopNode;
 
-/// A ray on its way, set aside above the pages. What it has still to look into follows from where it is, since the
-/// subtrees of a node are looked into in an order that depends on the ray alone.
+/// Where a ray is on its way, above the pages. What it has still to look into follows from that, since the subtrees of a
+/// node are looked into in an order that depends on the ray alone.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Place {
+    /// The hit so far, [`Hit::MISS`] if there is none.
+    pub(crate) best: Hit,
+    /// What is next: a link of a [`TopNode`].
+    pub(crate) link: u32,
+    /// The instance that it is in, or [`Hit::NO_INSTANCE`].
+    pub(crate) instance: u32,
+}
+
+impl Place {
+    /// Of a ray that has not looked into anything.
+    pub const BEGINNING: Place = Place { best: Hit::MISS, link: TopNode::NODE, instance: Hit::NO_INSTANCE };
+}
+
+/// A ray on its way.
 #[derive(Debug)]
 pub(crate) struct WaitingRay<'a> {
     pub ray: &'a Ray,
-    /// The hit so far, [`Hit::MISS`] if there is none.
-    pub best: Hit,
-    /// What is next: a link of a [`TopNode`].
-    pub link: u32,
-    /// The instance that it is in, or [`Hit::NO_INSTANCE`].
-    pub instance: u32,
+    pub place: Place,
 }
 
 /// Rays that wait, each with an errand: what is to be done with its hit.
@@ -30,11 +43,12 @@ pub struct RayBuffer<E> {
 /// A ray that cannot go on before a page is in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Parked<E> {
-    pub(crate) errand: E,
-    pub(crate) ray: Ray,
-    pub(crate) best: Hit,
-    pub(crate) link: u32,
-    pub(crate) instance: u32,
+    /// What is to be done with its hit.
+    pub errand: E,
+    /// From its beginning.
+    pub ray: Ray,
+    /// Where it is.
+    pub place: Place,
 }
 
 /// A place in a [`RayBuffer`], from its beginning on.
@@ -74,7 +88,7 @@ impl<E: Copy> RayBuffer<E> {
 
     /// Adds a ray that is on its way.
     pub fn push_parked(&mut self, parked: &Parked<E>) {
-        let &Parked { errand, ray, best, mut link, instance } = parked;
+        let &Parked { errand, ray, place: Place { best, mut link, instance } } = parked;
         if instance != Hit::NO_INSTANCE {
             link |= IN_INSTANCE;
             self.instances.push(instance);
@@ -146,7 +160,7 @@ impl<E: Copy> RayBuffer<E> {
             cursor.instance += 1;
             link = link & !TopNode::KIND | TopNode::ENTRY;
         }
-        Some((errand, WaitingRay { ray, best, link, instance }))
+        Some((errand, WaitingRay { ray, place: Place { best, link, instance } }))
     }
 
     pub(crate) fn ray(&self, i: usize) -> (E, Ray) {

@@ -6,7 +6,7 @@
 //! kind of step comes next is not a branch but a list to append to.
 
 use crate::pages::Pages;
-use crate::rays::WaitingRay;
+use crate::rays::{Place, WaitingRay};
 use crate::simd::Simd;
 use crate::walk::{Step, Walk};
 use crate::window::Candidates;
@@ -65,12 +65,7 @@ pub(crate) enum Start<'a> {
 pub(crate) struct Stopped {
     /// The page that it needs and that is not in memory.
     pub page: PageId,
-    /// Its hit so far.
-    pub best: Hit,
-    /// What is next.
-    pub link: u32,
-    /// Where it is.
-    pub instance: u32,
+    pub place: Place,
 }
 
 /// Rays to be traced, by their numbers, and what becomes of them.

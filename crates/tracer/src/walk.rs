@@ -9,7 +9,7 @@ use crate::opacity;
 use crate::pages::Pages;
 use crate::placed;
 use crate::prepared::PreparedRay;
-use crate::rays::WaitingRay;
+use crate::rays::{Place, WaitingRay};
 use crate::scene::Locator;
 use crate::simd::{LANES, Simd, greatest_key};
 use crate::stream::Stopped;
@@ -166,13 +166,14 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn wake<S: Simd>(&mut self, s: S, pages: impl Pages<'s>, waiting: &WaitingRay) {
         self.begin(s, pages, waiting.ray);
-        if waiting.link != TopNode::NODE {
-            self.recover_stack(s, pages, waiting.link, waiting.instance);
+        let Place { best, link, instance } = waiting.place;
+        if link != TopNode::NODE {
+            self.recover_stack(s, pages, link, instance);
         }
-        self.link = waiting.link;
-        if waiting.best.is_hit() {
-            self.best.hit = waiting.best;
-            self.best.greatest_key = greatest_key(waiting.best.t);
+        self.link = link;
+        if best.is_hit() {
+            self.best.hit = best;
+            self.best.greatest_key = greatest_key(best.t);
         }
     }
 
@@ -267,9 +268,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     pub fn stopped(&self, pages: impl Pages<'s>) -> Stopped {
         Stopped {
             page: self.page_ahead(pages),
-            best: self.hit(),
-            link: self.link,
-            instance: self.best.instance,
+            place: Place { best: self.hit(), link: self.link, instance: self.best.instance },
         }
     }
 

@@ -2,6 +2,7 @@
 //! rays that these brought about, then those that came of them (Moon et al. 2010, section 3). Generation, reordering
 //! and processing are steps of their own.
 
+mod underway;
 mod worker;
 
 use crate::{
@@ -13,11 +14,13 @@ use crate::{
     starts::Starts,
     unfinished::Unfinished,
     waiting_path::WaitingPath,
+    wave::{Path as LightPath, PendingLight},
     world::World,
 };
 use bytemuck::{Pod, Zeroable};
 use raystrips_geom::Ray;
 use raystrips_reorder::{Curve, Keys, Ordering, RayStore, SortedRays};
+use raystrips_tracer::Place;
 use std::path::Path;
 use std::sync::atomic::{self, AtomicBool, AtomicU64};
 use std::sync::{Mutex, PoisonError};
@@ -65,6 +68,7 @@ pub fn render_ordered(
             keys: Keys::new(order.ordering, order.curve, &world.bounds()),
             hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
             folder,
+            rays_underway: std::env::var("W").ok().and_then(|w| w.parse().ok()).unwrap_or(4096),
             next: Mutex::new(next),
             output: Mutex::new(begin.output),
             is_stopped: AtomicBool::new(false),
@@ -102,6 +106,22 @@ struct Waiting {
     /// Of a shadow ray the pixel and the light are used.
     path: WaitingPath,
     is_shadow: u32,
+    /// How far it has come.
+    place: Place,
+}
+
+impl Waiting {
+    /// A ray of a path, at its beginning.
+    fn new(ray: Ray, path: &LightPath) -> Waiting {
+        Waiting { ray, path: WaitingPath::new(path), is_shadow: 0, place: Place::BEGINNING }
+    }
+
+    /// A shadow ray, at its beginning.
+    fn shadow(ray: Ray, light: PendingLight) -> Waiting {
+        let PendingLight { pixel, contribution } = light;
+        let path = WaitingPath { pixel, throughput: contribution, ..WaitingPath::zeroed() };
+        Waiting { ray, path, is_shadow: 1, place: Place::BEGINNING }
+    }
 }
 
 /// What all threads share.
@@ -114,6 +134,8 @@ struct Job<'a> {
     keys: Keys,
     hit_points: Option<&'a HitPoints>,
     folder: &'a Path,
+    /// Rays of a generation that a thread has under way at a time.
+    rays_underway: usize,
     /// The next generation.
     next: Mutex<RayStore<Waiting>>,
     output: Mutex<RenderOutput>,

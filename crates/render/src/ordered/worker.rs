@@ -1,5 +1,6 @@
 //! A thread that traces and shades the rays of a generation.
 
+use super::underway::{Answer, Underway};
 use super::{Job, Waiting};
 use crate::{
     deposits::Deposits,
@@ -8,22 +9,19 @@ use crate::{
     params::{RenderError, RenderParams},
     render::{RenderProgress, RenderStats},
     shadow,
-    starts::CameraPacket,
     waiting_path::WaitingPath,
     wave::{Path, PendingLight, ShadeOutput},
     world::Surface,
 };
-use bytemuck::Zeroable;
 use glam::Vec3;
 use raystrips_geom::{Hit, Ray};
 use raystrips_reorder::SortedRays;
 use raystrips_tracer::OpenError;
-use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Rays that a thread takes at a time.
+/// Rays that a thread shades at a time.
 const BATCH_RAYS: usize = 4096;
 /// Rays that shading may ask for before they are handed on.
 const MOST_NEXT: usize = 4 * BATCH_RAYS;
@@ -34,15 +32,15 @@ const MOST_DEPOSITS: usize = 1 << 14;
 pub(super) struct Worker<'a> {
     job: &'a Job<'a>,
     batch: Vec<Waiting>,
-    rays: Vec<Ray>,
-    paths: Vec<WaitingPath>,
+    /// Of the generation that is traced.
+    underway: Underway,
+    /// Rays with their hits, to be shaded.
+    answers: Vec<Answer>,
     hits: Vec<Hit>,
     surfaces: Vec<Surface>,
-    shadow_rays: Vec<Ray>,
-    lights: Vec<PendingLight>,
-    occluded: Vec<bool>,
     /// What shading asks for.
     next: Vec<Waiting>,
+    ahead: Underway,
     next_rays: Vec<Ray>,
     points: Vec<Option<Vec3>>,
     deposits: Deposits,
@@ -54,14 +52,12 @@ impl<'a> Worker<'a> {
         Worker {
             job,
             batch: Vec::new(),
-            rays: Vec::new(),
-            paths: Vec::new(),
+            underway: Underway::default(),
+            answers: Vec::new(),
             hits: Vec::new(),
             surfaces: Vec::new(),
-            shadow_rays: Vec::new(),
-            lights: Vec::new(),
-            occluded: Vec::new(),
             next: Vec::new(),
+            ahead: Underway::default(),
             next_rays: Vec::new(),
             points: Vec::new(),
             deposits: Deposits::default(),
@@ -71,139 +67,110 @@ impl<'a> Worker<'a> {
 
     /// Begins the paths of a batch and traces their camera rays.
     pub fn start(&mut self, batch: u64) -> Result<(), RenderError> {
-        let job = self.job;
-        if job.is_stopped.load(Ordering::Relaxed) {
+        let Job { params, shader, starts, world, is_stopped, .. } = self.job;
+        if is_stopped.load(Ordering::Relaxed) {
             return Ok(());
         }
         let begin = Instant::now();
-        self.rays.clear();
-        self.paths.clear();
-        for packet in job.starts.packets(batch) {
-            self.generate(packet);
-        }
-        self.stats.primary += self.rays.len() as u64;
-        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
-        self.find_hits(true)?;
-        self.shade()
-    }
-
-    fn generate(&mut self, packet: CameraPacket) {
-        let Job { params, shader, starts, .. } = self.job;
-        for ([x, y], sample) in starts.of_packet(packet) {
+        self.next_rays.clear();
+        for ([x, y], sample) in starts.packets(batch).flat_map(|packet| starts.of_packet(packet)) {
             let pixel = y * params.width + x;
             self.deposits.begin_sample(pixel);
             let (ray, path) = shader.begin([x, y], sample, pixel);
-            self.rays.push(ray);
-            self.paths.push(WaitingPath::new(&path));
+            self.next_rays.push(ray);
+            self.answers.push(Answer { ray, path: WaitingPath::new(&path), hit: Hit::MISS });
         }
+        self.stats.primary += self.answers.len() as u64;
+        self.stats.seconds.generate += begin.elapsed().as_secs_f64();
+        let begin = Instant::now();
+        self.hits.clear();
+        self.hits.resize(self.next_rays.len(), Hit::MISS);
+        world.intersect_camera_batch(&self.next_rays, &mut self.hits)?;
+        self.answers.iter_mut().zip(&self.hits).for_each(|(answer, hit)| answer.hit = *hit);
+        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        self.shade()
     }
 
-    /// Traces rays of a generation until none are left.
+    /// Traces rays of a generation until none are left. So many are under way at a time that those which need the same page
+    /// find each other.
     pub fn trace_generation(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
         let job = self.job;
         while !job.is_stopped.load(Ordering::Relaxed) {
+            self.take_rays(generation)?;
+            if self.underway.len() == 0 {
+                break;
+            }
             let begin = Instant::now();
-            self.batch.clear();
-            let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
-            rays.next(BATCH_RAYS, &mut self.batch).map_err(|e| job.scratch_error(e))?;
-            drop(rays);
-            if self.batch.is_empty() {
-                return Ok(());
-            }
-            self.divide();
-            self.stats.seconds.sort += begin.elapsed().as_secs_f64();
-            self.resolve_shadows()?;
-            self.find_hits(false)?;
+            self.underway.advance(job.world, &mut self.deposits, &mut self.answers)?;
+            self.stats.seconds.trace += begin.elapsed().as_secs_f64();
             self.shade()?;
+            let begin = Instant::now();
+            job.world.bring(&self.underway.wanted())?;
+            self.stats.seconds.trace += begin.elapsed().as_secs_f64();
         }
         Ok(())
     }
 
-    /// Divides a batch into rays of the two kinds.
-    fn divide(&mut self) {
-        self.rays.clear();
-        self.paths.clear();
-        self.shadow_rays.clear();
-        self.lights.clear();
-        for &Waiting { ray, path, is_shadow } in &self.batch {
-            if is_shadow != 0 {
-                self.shadow_rays.push(ray);
-                self.lights.push(PendingLight { pixel: path.pixel, contribution: path.throughput });
-            } else {
-                self.rays.push(ray);
-                self.paths.push(path);
-            }
-        }
-    }
-
-    fn resolve_shadows(&mut self) -> Result<(), OpenError> {
+    /// Takes the next rays in place of those that have ended.
+    fn take_rays(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
         let begin = Instant::now();
-        self.occluded.clear();
-        self.occluded.resize(self.shadow_rays.len(), false);
-        self.job.world.occluded_batch(&self.shadow_rays, &mut self.occluded)?;
-        for (light, _) in self.lights.iter().zip(&self.occluded).filter(|&(_, &occluded)| !occluded) {
-            self.deposits.add(light.pixel, light.contribution);
-        }
-        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        let most = self.job.rays_underway - self.underway.len();
+        let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
+        rays.next(most, &mut self.batch).map_err(|e| self.job.scratch_error(e))?;
+        drop(rays);
+        self.batch.drain(..).for_each(|ray| self.underway.push(ray));
+        self.stats.seconds.sort += begin.elapsed().as_secs_f64();
         Ok(())
     }
 
-    fn find_hits(&mut self, are_camera_rays: bool) -> Result<(), OpenError> {
-        let begin = Instant::now();
-        self.hits.clear();
-        self.hits.resize(self.rays.len(), Hit::MISS);
-        self.surfaces.resize(self.rays.len(), Surface::default());
-        let world = self.job.world;
-        match are_camera_rays {
-            true => world.intersect_camera_batch(&self.rays, &mut self.hits)?,
-            false => world.intersect_batch(&self.rays, &mut self.hits)?,
-        }
-        world.surface_batch(&self.hits, &mut self.surfaces)?;
-        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
-        Ok(())
-    }
-
-    /// Shades what rays hit, and hands on what came of it.
+    /// Shades all answers, also those of what comes of them as far as these need nothing that is not in memory, and hands
+    /// on what does.
     fn shade(&mut self) -> Result<(), RenderError> {
-        let most = MOST_NEXT.div_ceil(self.job.shader.most_branches());
-        for first in (0..self.rays.len()).step_by(most) {
-            self.shade_some(first..self.rays.len().min(first + most))?;
-            if self.next.len() >= MOST_NEXT {
+        let most = BATCH_RAYS.div_ceil(self.job.shader.most_branches());
+        while !self.answers.is_empty() {
+            self.shade_some(self.answers.len().saturating_sub(most))?;
+            if self.answers.is_empty() || self.next.len() >= MOST_NEXT {
+                self.count_next();
+                if !self.job.world.is_whole() {
+                    self.go_ahead()?;
+                }
                 self.hand_on()?;
             }
         }
         // Of shadow rays alone there are deposits, too.
-        self.hand_on()
+        if self.deposits.len() > MOST_DEPOSITS {
+            self.flush();
+        }
+        Ok(())
     }
 
-    fn shade_some(&mut self, range: Range<usize>) -> Result<(), OpenError> {
+    /// Shades the answers from number `first` on.
+    fn shade_some(&mut self, first: usize) -> Result<(), OpenError> {
         let begin = Instant::now();
         let Job { world, materials, shader, params, .. } = *self.job;
         let RenderParams { width, seed, .. } = *params;
         let are_see_through = materials.are_see_through();
-        let seen = self.rays[range.clone()].iter().zip(&self.paths[range.clone()]);
-        let found = self.hits[range.clone()].iter().zip(&self.surfaces[range]);
+        self.hits.clear();
+        self.hits.extend(self.answers[first..].iter().map(|answer| answer.hit));
+        self.surfaces.resize(self.hits.len(), Surface::default());
+        world.surface_batch(&self.hits, &mut self.surfaces)?;
+        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        let begin = Instant::now();
         let next = std::cell::RefCell::new(&mut self.next);
         let mut shadow = |ray, light: PendingLight| {
-            let waiting = if are_see_through {
-                Waiting { ray, path: WaitingPath::new(&shadow::path(light)), is_shadow: 0 }
-            } else {
-                let PendingLight { pixel, contribution } = light;
-                let path = WaitingPath { pixel, throughput: contribution, ..WaitingPath::zeroed() };
-                Waiting { ray, path, is_shadow: 1 }
-            };
-            next.borrow_mut().push(waiting);
+            next.borrow_mut().push(match are_see_through {
+                true => Waiting::new(ray, &shadow::path(light)),
+                false => Waiting::shadow(ray, light),
+            });
         };
-        let go_on = |ray, path: &Path| {
-            next.borrow_mut().push(Waiting { ray, path: WaitingPath::new(path), is_shadow: 0 })
-        };
+        let go_on = |ray, path: &Path| next.borrow_mut().push(Waiting::new(ray, path));
         let mut branch = go_on;
         let mut out = ShadeOutput { deposits: &mut self.deposits, shadow: &mut shadow, branch: &mut branch };
-        for ((ray, path), (hit, surface)) in seen.zip(found) {
+        for (Answer { ray, path, hit }, surface) in self.answers.drain(first..).zip(&self.surfaces) {
             let mut path = path.path(width, seed);
-            let hit = Seen { world, materials, ray, path: &path }.surface(hit, surface)?;
+            let hit = Seen { world, materials, ray: &ray, path: &path }.surface(&hit, surface)?;
             path.widen(hit.as_ref());
-            let goes_on = follow(shader, &mut path, ray, hit.as_ref(), &mut out);
+            let goes_on = follow(shader, &mut path, &ray, hit.as_ref(), &mut out);
             if let Some(ray) = goes_on {
                 go_on(ray, &path);
             }
@@ -212,14 +179,28 @@ impl<'a> Worker<'a> {
         Ok(())
     }
 
-    /// Gives the rays that shading asked for to the next generation, with their keys. Those that cannot hit anything end
-    /// here.
-    fn hand_on(&mut self) -> Result<(), RenderError> {
-        let job = self.job;
+    fn count_next(&mut self) {
         let is_shadow = |ray: &&Waiting| ray.is_shadow != 0 || ray.path.is_shadow();
         let shadow = self.next.iter().filter(is_shadow).count() as u64;
         self.stats.shadow += shadow;
         self.stats.secondary += self.next.len() as u64 - shadow;
+    }
+
+    /// Goes on with the rays that shading asked for as far as what is in memory lets them. The pages where they begin were in
+    /// use just now; when it is their turn these may be gone.
+    fn go_ahead(&mut self) -> Result<(), OpenError> {
+        let begin = Instant::now();
+        self.next.drain(..).for_each(|ray| self.ahead.push(ray));
+        self.ahead.advance(self.job.world, &mut self.deposits, &mut self.answers)?;
+        self.ahead.drain_into(&mut self.next);
+        self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Gives the rays that are left of those that shading asked for to the next generation, with their keys. Those that
+    /// cannot hit anything end here.
+    fn hand_on(&mut self) -> Result<(), RenderError> {
+        let job = self.job;
         if let Some(hit_points) = job.hit_points {
             let begin = Instant::now();
             self.next_rays.clear();
