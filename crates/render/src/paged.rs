@@ -16,8 +16,9 @@ use std::time::{Duration, Instant};
 
 /// Rays that are traced with what is in memory before what they need is read.
 const BATCH_RAYS: usize = 4096;
-/// Part of the pages in memory that one batch of rays may ask for at a time.
-const LOADED_PART: usize = 8;
+/// Part of the pages in memory that are brought at a time: rays that can go on with these need not the others that were asked
+/// for as they did before.
+const LOADED_PART: usize = 32;
 /// How long to wait for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
 

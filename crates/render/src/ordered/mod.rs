@@ -1,6 +1,10 @@
 //! Generations of rays, each sorted before it is traced: first the camera rays along a Z-curve over the picture, then all
 //! rays that these brought about, then those that came of them (Moon et al. 2010, section 3). Generation, reordering
 //! and processing are steps of their own.
+//!
+//! Where not all is in memory a ray first goes as far as what is there lets it, and waits for its turn with the place that
+//! it has come to. The pages where it begins were just in use, and rays that hit near to each other come from everywhere: held
+//! back at their beginnings, each would need those pages anew.
 
 mod underway;
 mod worker;
@@ -68,7 +72,7 @@ pub fn render_ordered(
             keys: Keys::new(order.ordering, order.curve, &world.bounds()),
             hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
             folder,
-            rays_underway: std::env::var("W").ok().and_then(|w| w.parse().ok()).unwrap_or(4096),
+            rays_underway: if world.is_whole() { WHOLE_RAYS_UNDERWAY } else { PAGED_RAYS_UNDERWAY },
             next: Mutex::new(next),
             output: Mutex::new(begin.output),
             is_stopped: AtomicBool::new(false),
@@ -91,6 +95,11 @@ pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
 
 /// Most paths, with their branches, whose generations are traced one after the other; a pause has to wait for them.
 const MOST_PATHS: u64 = 1 << 24;
+
+/// Rays of a generation that a thread has under way at a time: those of which a page is read once for all that need it, or
+/// what caches hold.
+const PAGED_RAYS_UNDERWAY: usize = 1 << 15;
+const WHOLE_RAYS_UNDERWAY: usize = 1 << 12;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;

@@ -21,8 +21,8 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Rays that a thread shades at a time.
-const BATCH_RAYS: usize = 4096;
+/// Rays that a thread takes, or shades, at a time.
+const BATCH_RAYS: usize = 2048;
 /// Rays that shading may ask for before they are handed on.
 const MOST_NEXT: usize = 4 * BATCH_RAYS;
 /// Deposits that a worker gathers before it asks for the film.
@@ -114,11 +114,15 @@ impl<'a> Worker<'a> {
     /// Takes the next rays in place of those that have ended.
     fn take_rays(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
         let begin = Instant::now();
-        let most = self.job.rays_underway - self.underway.len();
-        let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
-        rays.next(most, &mut self.batch).map_err(|e| self.job.scratch_error(e))?;
-        drop(rays);
-        self.batch.drain(..).for_each(|ray| self.underway.push(ray));
+        while let room @ 1.. = self.job.rays_underway - self.underway.len() {
+            let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
+            rays.next(room.min(BATCH_RAYS), &mut self.batch).map_err(|e| self.job.scratch_error(e))?;
+            drop(rays);
+            if self.batch.is_empty() {
+                break;
+            }
+            self.batch.drain(..).for_each(|ray| self.underway.push(ray));
+        }
         self.stats.seconds.sort += begin.elapsed().as_secs_f64();
         Ok(())
     }
@@ -211,12 +215,11 @@ impl<'a> Worker<'a> {
         }
         let begin = Instant::now();
         let point = |i: usize| self.points.get(i).copied().flatten().unwrap_or_default();
-        let keyed = self.next.iter().enumerate().map(|(i, next)| (job.keys.key(&next.ray, point(i)), *next));
-        let keyed: Vec<(u64, Waiting)> = keyed.collect();
+        let keys: Vec<u64> =
+            self.next.iter().enumerate().map(|(i, next)| job.keys.key(&next.ray, point(i))).collect();
         let mut store = job.next.lock().unwrap_or_else(PoisonError::into_inner);
-        store.extend(keyed.into_iter()).map_err(|e| job.scratch_error(e))?;
+        store.extend(keys.into_iter().zip(self.next.drain(..))).map_err(|e| job.scratch_error(e))?;
         drop(store);
-        self.next.clear();
         self.points.clear();
         self.stats.seconds.sort += begin.elapsed().as_secs_f64();
         if self.deposits.len() > MOST_DEPOSITS {

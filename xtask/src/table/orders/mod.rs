@@ -49,7 +49,7 @@ const SCENES: [PaperScene; 3] = [
         size: ("--strands", 32e6),
         percent: 37,
         speedups: ["3.77", "5.91", "3.49", "0.89", "not given"],
-        options: "",
+        options: "--integrator photon --photons-nearest 300 --photon-passes 1 --gather-rays 10",
     },
 ];
 
