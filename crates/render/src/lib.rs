@@ -57,4 +57,4 @@ pub use render::{RenderOutput, RenderProgress, RenderStats, StageSeconds, Watch,
 pub use sampler::sample;
 pub use traced::TracedWorld;
 pub use unfinished::Unfinished;
-pub use world::{Emitter, Surface, World};
+pub use world::{Emitter, Progress, Surface, World};

@@ -7,3 +7,4 @@ mod integrators;
 mod light;
 mod photon_paths;
 mod photons;
+mod stops;
