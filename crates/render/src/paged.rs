@@ -61,7 +61,7 @@ impl PagedWorld {
         })
     }
 
-    /// How long threads waited for pages that rays of a batch needed, in sum.
+    /// How long threads waited for pages that rays of a batch needed, in sum; without what [`World::bring`] took.
     pub fn waited(&self) -> Duration {
         Duration::from_nanos(self.waited.load(Ordering::Relaxed))
     }
@@ -96,7 +96,13 @@ impl PagedWorld {
             if aside.pages.is_empty() {
                 return Ok(());
             }
-            self.bring_some(&aside.pages, &mut buffer)?;
+            let begin = Instant::now();
+            aside
+                .pages
+                .iter()
+                .take(self.most_brought())
+                .try_for_each(|&page| self.load(page, &mut buffer))?;
+            self.count_wait(begin);
             for page in aside.pages.drain(..) {
                 left.append(aside.rays.get_mut(&page).expect("rays wait for it"));
             }
@@ -134,20 +140,20 @@ impl PagedWorld {
         trace(&mut VisitTracer::new(&visit), buffered);
     }
 
-    /// Brings as many of `pages` as is good at a time.
-    fn bring_some(&self, pages: &[PageId], buffer: &mut BlockBuffer) -> Result<(), OpenError> {
-        let most = (self.pool.capacity() / LOADED_PART).max(1);
-        pages.iter().take(most).try_for_each(|&page| self.load(page, buffer))
+    fn most_brought(&self) -> usize {
+        (self.pool.capacity() / LOADED_PART).max(1)
     }
 
     /// Brings a page.
     fn load(&self, page: PageId, buffer: &mut BlockBuffer) -> Result<(), OpenError> {
-        let begin = Instant::now();
         while !self.pool.load(&[page], buffer)? {
             std::thread::sleep(PATIENCE);
         }
-        self.waited.fetch_add(begin.elapsed().as_nanos() as u64, Ordering::Relaxed);
         Ok(())
+    }
+
+    fn count_wait(&self, begin: Instant) {
+        self.waited.fetch_add(begin.elapsed().as_nanos() as u64, Ordering::Relaxed);
     }
 }
 
@@ -192,8 +198,8 @@ impl World for PagedWorld {
         })
     }
 
-    fn is_whole(&self) -> bool {
-        false
+    fn pages_at_a_time(&self) -> Option<usize> {
+        Some(self.most_brought())
     }
 
     fn intersect_ahead(&self, rays: &[Ray], progress: &mut [Progress<Hit>]) -> Result<(), OpenError> {
@@ -207,7 +213,8 @@ impl World for PagedWorld {
     }
 
     fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
-        self.bring_some(pages, &mut BlockBuffer::default())
+        let mut buffer = BlockBuffer::default();
+        pages.iter().try_for_each(|&page| self.load(page, &mut buffer))
     }
 
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
@@ -224,7 +231,9 @@ impl World for PagedWorld {
                     break;
                 }
                 visit = self.pool.visit();
+                let begin = Instant::now();
                 self.load(page_of(hit), &mut buffer)?;
+                self.count_wait(begin);
             }
         }
         Ok(())

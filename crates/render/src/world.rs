@@ -24,9 +24,9 @@ pub trait World: Sync {
     /// length.
     fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<(), OpenError>;
 
-    /// Whether all of it is in memory, so that no ray ever stops.
-    fn is_whole(&self) -> bool {
-        true
+    /// How many pages are best brought at a time; `None` where all is in memory, so that no ray ever stops.
+    fn pages_at_a_time(&self) -> Option<usize> {
+        None
     }
 
     /// Goes on with those of `rays` that have not ended toward their nearest hits, as far as what is in memory lets them:
@@ -47,7 +47,7 @@ pub trait World: Sync {
         Ok(())
     }
 
-    /// Brings some of the pages for which rays have stopped, the first ones.
+    /// Brings pages for which rays have stopped.
     fn bring(&self, _pages: &[PageId]) -> Result<(), OpenError> {
         Ok(())
     }

@@ -6,6 +6,7 @@
 //! it has come to. The pages where it begins were just in use, and rays that hit near to each other come from everywhere: held
 //! back at their beginnings, each would need those pages anew.
 
+mod reader;
 mod underway;
 mod worker;
 
@@ -72,7 +73,10 @@ pub fn render_ordered(
             keys: Keys::new(order.ordering, order.curve, &world.bounds()),
             hit_points: order.hit_points.filter(|_| order.ordering.needs_hit_points()),
             folder,
-            rays_underway: if world.is_whole() { WHOLE_RAYS_UNDERWAY } else { PAGED_RAYS_UNDERWAY },
+            rays_underway: match world.pages_at_a_time() {
+                Some(_) => PAGED_RAYS_UNDERWAY,
+                None => WHOLE_RAYS_UNDERWAY,
+            },
             next: Mutex::new(next),
             output: Mutex::new(begin.output),
             is_stopped: AtomicBool::new(false),

@@ -1,5 +1,6 @@
 //! A thread that traces and shades the rays of a generation.
 
+use super::reader::Reader;
 use super::underway::{Answer, Underway};
 use super::{Job, Waiting};
 use crate::{
@@ -23,6 +24,8 @@ use std::time::Instant;
 
 /// Rays that a thread takes, or shades, at a time.
 const BATCH_RAYS: usize = 2048;
+/// Reads under way while rays go on.
+const READS_AHEAD: usize = 1;
 /// Rays that shading may ask for before they are handed on.
 const MOST_NEXT: usize = 4 * BATCH_RAYS;
 /// Deposits that a worker gathers before it asks for the film.
@@ -94,20 +97,36 @@ impl<'a> Worker<'a> {
     /// Traces rays of a generation until none are left. So many are under way at a time that those which need the same page
     /// find each other.
     pub fn trace_generation(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
-        let job = self.job;
-        while !job.is_stopped.load(Ordering::Relaxed) {
-            self.take_rays(generation)?;
-            if self.underway.len() == 0 {
-                break;
+        let world = self.job.world;
+        std::thread::scope(|scope| {
+            let mut reader = world.pages_at_a_time().map(|most| (Reader::spawn(scope, world), most));
+            while !self.job.is_stopped.load(Ordering::Relaxed) {
+                self.take_rays(generation)?;
+                if self.underway.len() == 0 {
+                    break;
+                }
+                let begin = Instant::now();
+                self.underway.advance(world, &mut self.deposits, &mut self.answers)?;
+                self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+                self.shade()?;
+                if let Some((reader, most)) = &mut reader {
+                    self.bring(reader, *most)?;
+                }
             }
-            let begin = Instant::now();
-            self.underway.advance(job.world, &mut self.deposits, &mut self.answers)?;
-            self.stats.seconds.trace += begin.elapsed().as_secs_f64();
-            self.shade()?;
-            let begin = Instant::now();
-            job.world.bring(&self.underway.wanted())?;
-            self.stats.seconds.trace += begin.elapsed().as_secs_f64();
+            Ok(())
+        })
+    }
+
+    /// Asks for pages that rays have stopped for. While some of them are read, rays that need others go on.
+    fn bring(&mut self, reader: &mut Reader, most: usize) -> Result<(), OpenError> {
+        let before = reader.asked();
+        reader.ask(self.underway.wanted(), most);
+        let begin = Instant::now();
+        let asked_nothing = reader.asked() == before;
+        if reader.asked() > READS_AHEAD || (asked_nothing && before > 0) {
+            reader.wait()?;
         }
+        self.stats.seconds.wait += begin.elapsed().as_secs_f64();
         Ok(())
     }
 
@@ -135,7 +154,7 @@ impl<'a> Worker<'a> {
             self.shade_some(self.answers.len().saturating_sub(most))?;
             if self.answers.is_empty() || self.next.len() >= MOST_NEXT {
                 self.count_next();
-                if !self.job.world.is_whole() {
+                if self.job.world.pages_at_a_time().is_some() {
                     self.go_ahead()?;
                 }
                 self.hand_on()?;

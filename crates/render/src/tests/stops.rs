@@ -54,8 +54,8 @@ impl World for FewPages {
         self.world.occluded_batch(rays, occluded)
     }
 
-    fn is_whole(&self) -> bool {
-        false
+    fn pages_at_a_time(&self) -> Option<usize> {
+        Some(IN_MEMORY)
     }
 
     fn intersect_ahead(&self, rays: &[Ray], progress: &mut [Progress<Hit>]) -> Result<(), OpenError> {
@@ -69,9 +69,7 @@ impl World for FewPages {
     }
 
     fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
-        if !pages.is_empty() {
-            *self.in_memory.lock().unwrap() = pages.iter().copied().take(IN_MEMORY).collect();
-        }
+        *self.in_memory.lock().unwrap() = pages.to_vec();
         Ok(())
     }
 
