@@ -18,6 +18,9 @@ const BASE_BYTES: u64 = 12 << 20;
 const THREAD_BYTES: u64 = 8 << 20;
 /// Part of the memory for pages and rays that is for rays.
 const RAY_PART: f64 = 0.3;
+/// The same for rays that are sorted, if not all pages are in memory: what has no room is written and read in long runs, which
+/// costs less than pages that have none.
+const SORTED_RAY_PART: f64 = 0.08;
 /// More rays than fit here do not wait longer for their pages.
 const MOST_RAY_BYTES: u64 = 512 << 20;
 /// Least pages in memory, of the largest size: some a thread, and those that are read.
@@ -91,20 +94,21 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let rays = if matches!(reorder, ReorderName::None | ReorderName::Auto) { 0 } else { LEAST_RAY_BYTES };
     let in_memory = pack.file_bytes + pack.shading.tile_bytes();
     let whole = taken + threads * THREAD_BYTES + pixels * WRITTEN_PIXEL_BYTES + in_memory + rays;
-    let for_rays = |bytes: u64| ((bytes as f64 * RAY_PART) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
+    let for_rays =
+        |bytes: u64, part: f64| ((bytes as f64 * part) as u64).clamp(LEAST_RAY_BYTES, MOST_RAY_BYTES);
     let is_whole = match reorder {
         ReorderName::Queues | ReorderName::Chunks => false,
         _ => whole <= given,
     };
     if is_whole {
-        return Ok(Residency::Whole { ray_bytes: for_rays(given.saturating_sub(whole)) });
+        return Ok(Residency::Whole { ray_bytes: for_rays(given.saturating_sub(whole), RAY_PART) });
     }
     let pages = pack.directory.len() as u64;
-    let for_order = match reorder {
+    let (for_order, ray_part) = match reorder {
         ReorderName::Auto | ReorderName::Queues | ReorderName::Chunks => {
-            threads * QUEUED_THREAD_BYTES + pages * QUEUED_PAGE_BYTES
+            (threads * QUEUED_THREAD_BYTES + pages * QUEUED_PAGE_BYTES, RAY_PART)
         }
-        _ => threads * ORDERED_THREAD_BYTES,
+        _ => (threads * ORDERED_THREAD_BYTES, SORTED_RAY_PART),
     };
     let taken = taken + for_order + PagePool::resident_bytes(&pack);
     // The pages are gone when the picture is written.
@@ -122,5 +126,6 @@ pub fn of(path: &Path, asked: &Asked) -> Result<Residency> {
     let shared = given - taken;
     let side_bytes = (shared / SIDE_PART).min(2 * pack.shading.bytes()).max(least_side);
     let page_bytes = shared - side_bytes;
-    Ok(Residency::Paged(Shares { page_bytes, ray_bytes: for_rays(page_bytes), side_bytes, photon_bytes }))
+    let ray_bytes = for_rays(page_bytes, ray_part);
+    Ok(Residency::Paged(Shares { page_bytes, ray_bytes, side_bytes, photon_bytes }))
 }

@@ -177,7 +177,7 @@ impl Job<'_> {
                 Ok(())
             })?;
             is_due = end.into_inner() == 0;
-            while let Some(generation) = self.take_generation(&pool)? {
+            while let Some(generation) = self.take_generation_with(&pool)? {
                 let generation = Mutex::new(generation);
                 self.with_workers(&pool, |worker| worker.trace_generation(&generation))?;
             }
@@ -203,18 +203,25 @@ impl Job<'_> {
         outcomes.into_iter().collect()
     }
 
-    /// The rays that wait, sorted; `None` if there are none.
-    fn take_generation(&self, pool: &rayon::ThreadPool) -> Result<Option<SortedRays<Waiting>>, RenderError> {
+    /// The rays that wait, sorted by all threads; `None` if there are none.
+    fn take_generation_with(
+        &self,
+        pool: &rayon::ThreadPool,
+    ) -> Result<Option<SortedRays<Waiting>>, RenderError> {
         let begin = Instant::now();
+        let generation = pool.install(|| self.take_generation());
+        let mut output = self.output.lock().unwrap_or_else(PoisonError::into_inner);
+        output.stats.seconds.sort += begin.elapsed().as_secs_f64() * pool.current_num_threads() as f64;
+        generation
+    }
+
+    /// The rays that wait, sorted; `None` if there are none.
+    fn take_generation(&self) -> Result<Option<SortedRays<Waiting>>, RenderError> {
         let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
         if next.is_empty() {
             return Ok(None);
         }
-        let store = &mut *next;
-        let sorted = pool.install(|| store.take_sorted()).map_err(|e| self.scratch_error(e))?;
-        let mut output = self.output.lock().unwrap_or_else(PoisonError::into_inner);
-        output.stats.seconds.sort += begin.elapsed().as_secs_f64() * pool.current_num_threads() as f64;
-        Ok(Some(sorted))
+        next.take_sorted().map(Some).map_err(|e| self.scratch_error(e))
     }
 
     fn scratch_error(&self, source: std::io::Error) -> RenderError {

@@ -42,6 +42,11 @@ impl Underway {
         self.closest.rays.len() + self.shadow.rays.len()
     }
 
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Goes on with all of them. Those that come to their ends leave: light that arrives goes to `deposits`, rays of paths with
     /// their hits to `answers`.
     pub fn advance(

@@ -102,7 +102,7 @@ impl<'a> Worker<'a> {
             let mut reader = world.pages_at_a_time().map(|most| (Reader::spawn(scope, world), most));
             while !self.job.is_stopped.load(Ordering::Relaxed) {
                 self.take_rays(generation)?;
-                if self.underway.len() == 0 {
+                if self.underway.is_empty() {
                     break;
                 }
                 let begin = Instant::now();
@@ -130,16 +130,19 @@ impl<'a> Worker<'a> {
         Ok(())
     }
 
-    /// Takes the next rays in place of those that have ended.
+    /// Takes the next rays in place of those that have ended. When a generation has been handed out while some of its rays are
+    /// still under way, what came of it by then goes on with these: few rays would need as many pages as many.
     fn take_rays(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
         let begin = Instant::now();
         while let room @ 1.. = self.job.rays_underway - self.underway.len() {
             let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
             rays.next(room.min(BATCH_RAYS), &mut self.batch).map_err(|e| self.job.scratch_error(e))?;
-            drop(rays);
             if self.batch.is_empty() {
-                break;
+                let following = if self.underway.is_empty() { None } else { self.job.take_generation()? };
+                let Some(following) = following else { break };
+                *rays = following;
             }
+            drop(rays);
             self.batch.drain(..).for_each(|ray| self.underway.push(ray));
         }
         self.stats.seconds.sort += begin.elapsed().as_secs_f64();
