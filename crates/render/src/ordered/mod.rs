@@ -4,7 +4,8 @@
 //!
 //! Where not all is in memory a ray first goes as far as what is there lets it, and waits for its turn with the place that
 //! it has come to. The pages where it begins were just in use, and rays that hit near to each other come from everywhere: held
-//! back at their beginnings, each would need those pages anew.
+//! back at their beginnings, each would need those pages anew. Pages are read while rays go on that need others, and
+//! there is no wait for the last rays of a generation.
 
 mod reader;
 mod underway;
