@@ -16,9 +16,10 @@ use std::time::{Duration, Instant};
 
 /// Rays that are traced with what is in memory before what they need is read.
 const BATCH_RAYS: usize = 4096;
-/// Part of the pages in memory that are brought at a time: rays that can go on with these need not the others that were asked
-/// for as they did before.
+/// Part of the pages in memory that are brought at a time: more would drive out what other rays need.
 const LOADED_PART: usize = 32;
+/// Part of the pages in memory that may be held while surfaces are looked up.
+const HELD_PART: usize = 8;
 /// How long to wait for visits to end when all pages are being looked at.
 const PATIENCE: Duration = Duration::from_micros(200);
 
@@ -128,6 +129,9 @@ impl PagedWorld {
                 Progress::Ended(_) => {}
             }
         }
+        if moving.is_empty() {
+            return;
+        }
         let progress = Cell::from_mut(progress).as_slice_of_cells();
         let visit = self.pool.visit();
         let buffered = Buffered {
@@ -219,7 +223,7 @@ impl World for PagedWorld {
 
     fn surface_batch(&self, hits: &[Hit], surfaces: &mut [Surface]) -> Result<(), OpenError> {
         let mut buffer = BlockBuffer::default();
-        let most_held = self.pool.capacity() / LOADED_PART;
+        let most_held = self.pool.capacity() / HELD_PART;
         let mut visit = self.pool.visit();
         for (hit, surface) in hits.iter().zip(surfaces).filter(|(hit, _)| hit.is_hit()) {
             if visit.len() > most_held {

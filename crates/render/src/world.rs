@@ -49,7 +49,7 @@ pub trait World: Sync {
 
     /// Brings pages for which rays have stopped.
     fn bring(&self, _pages: &[PageId]) -> Result<(), OpenError> {
-        Ok(())
+        unreachable!("no ray stops where all is in memory")
     }
 
     /// Writes the triangle of `hits[i]`, which [`World::intersect_batch`] found, into `surfaces[i]`, and leaves it as it

@@ -18,7 +18,7 @@ const BASE_BYTES: u64 = 12 << 20;
 const THREAD_BYTES: u64 = 8 << 20;
 /// Part of the memory for pages and rays that is for rays.
 const RAY_PART: f64 = 0.3;
-/// The same for rays that are sorted, if not all pages are in memory: what has no room is written and read in long runs, which
+/// The same for rays that are sorted, if not all pages are in memory: what has no room is written and read in runs, which
 /// costs less than pages that have none.
 const SORTED_RAY_PART: f64 = 0.08;
 /// More rays than fit here do not wait longer for their pages.

@@ -5,7 +5,7 @@
 //! Where not all is in memory a ray first goes as far as what is there lets it, and waits for its turn with the place that
 //! it has come to. The pages where it begins were just in use, and rays that hit near to each other come from everywhere: held
 //! back at their beginnings, each would need those pages anew. Pages are read while rays go on that need others, and
-//! there is no wait for the last rays of a generation.
+//! there is no wait for the last rays of a generation: those of the next one that are there by then go on with them.
 
 mod reader;
 mod underway;
@@ -108,7 +108,7 @@ const WHOLE_RAYS_UNDERWAY: usize = 1 << 12;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
-/// Rays that a path, or a branch of one, has in a generation at most: for lamps, lights without a surface and the sky, and the
+/// Rays that a path, or a branch of one, has in a generation at most where all is in memory: for lamps, lights without a surface and the sky, and the
 /// one that goes on.
 const RAYS_A_BRANCH: usize = 4;
 
@@ -150,7 +150,7 @@ struct Job<'a> {
     folder: &'a Path,
     /// Rays of a generation that a thread has under way at a time.
     rays_underway: usize,
-    /// The next generation.
+    /// What the next generation is made of.
     next: Mutex<RayStore<Waiting>>,
     output: Mutex<RenderOutput>,
     is_stopped: AtomicBool,

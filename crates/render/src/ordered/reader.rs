@@ -29,18 +29,20 @@ impl Reader {
         Reader { requests, answers, asked: VecDeque::new() }
     }
 
-    /// Asks for the first `most` of `pages` that it was not asked for yet.
-    pub fn ask(&mut self, mut pages: Vec<PageId>, most: usize) {
+    /// Asks for the first `most` of `pages` that it was not asked for yet; false if there are none.
+    pub fn ask(&mut self, mut pages: Vec<PageId>, most: usize) -> bool {
         pages.retain(|page| !self.asked.iter().flatten().any(|asked| asked == page));
         pages.truncate(most);
-        if !pages.is_empty() {
+        let has_some = !pages.is_empty();
+        if has_some {
             self.asked.push_back(pages.clone());
             self.requests.send(pages).expect("it reads until this is gone");
         }
+        has_some
     }
 
     /// How often it was asked without having answered.
-    pub fn asked(&self) -> usize {
+    pub fn outstanding(&self) -> usize {
         self.asked.len()
     }
 

@@ -67,7 +67,8 @@ impl Underway {
         Ok(())
     }
 
-    /// The pages for which rays have stopped, those of the rays that are here for the longest first.
+    /// The pages for which rays have stopped: those of shadow rays, then those of paths, of each kind those of the rays that
+    /// are here for the longest first.
     pub fn wanted(&self) -> Vec<PageId> {
         let mut seen = HashSet::new();
         let pages = self.shadow.wanted().chain(self.closest.wanted());

@@ -43,6 +43,7 @@ pub(super) struct Worker<'a> {
     surfaces: Vec<Surface>,
     /// What shading asks for.
     next: Vec<Waiting>,
+    /// The same while they go ahead.
     ahead: Underway,
     next_rays: Vec<Ray>,
     points: Vec<Option<Vec3>>,
@@ -101,7 +102,7 @@ impl<'a> Worker<'a> {
         std::thread::scope(|scope| {
             let mut reader = world.pages_at_a_time().map(|most| (Reader::spawn(scope, world), most));
             while !self.job.is_stopped.load(Ordering::Relaxed) {
-                self.take_rays(generation)?;
+                let has_more = self.take_rays(generation)?;
                 if self.underway.is_empty() {
                     break;
                 }
@@ -110,35 +111,38 @@ impl<'a> Worker<'a> {
                 self.stats.seconds.trace += begin.elapsed().as_secs_f64();
                 self.shade()?;
                 if let Some((reader, most)) = &mut reader {
-                    self.bring(reader, *most)?;
+                    self.bring(reader, *most, has_more)?;
                 }
             }
             Ok(())
         })
     }
 
-    /// Asks for pages that rays have stopped for. While some of them are read, rays that need others go on.
-    fn bring(&mut self, reader: &mut Reader, most: usize) -> Result<(), OpenError> {
-        let before = reader.asked();
-        reader.ask(self.underway.wanted(), most);
+    /// Asks for pages that rays have stopped for. While some of them are read, rays that need others go on, and those that
+    /// were just begun if there `are_more`.
+    fn bring(&mut self, reader: &mut Reader, most: usize, are_more: bool) -> Result<(), OpenError> {
+        let has_asked = reader.ask(self.underway.wanted(), most);
         let begin = Instant::now();
-        let asked_nothing = reader.asked() == before;
-        if reader.asked() > READS_AHEAD || (asked_nothing && before > 0) {
+        let has_nothing_else = !has_asked && !are_more && reader.outstanding() > 0;
+        if reader.outstanding() > READS_AHEAD || has_nothing_else {
             reader.wait()?;
         }
         self.stats.seconds.wait += begin.elapsed().as_secs_f64();
         Ok(())
     }
 
-    /// Takes the next rays in place of those that have ended. When a generation has been handed out while some of its rays are
-    /// still under way, what came of it by then goes on with these: few rays would need as many pages as many.
-    fn take_rays(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<(), RenderError> {
+    /// Takes the next rays in place of those that have ended, and tells whether there were any. When a generation has been handed
+    /// out while some of its rays have stopped, what came of it by then goes on with these: few rays would need as many pages as
+    /// many. Where none can stop generations stay apart.
+    fn take_rays(&mut self, generation: &Mutex<SortedRays<Waiting>>) -> Result<bool, RenderError> {
         let begin = Instant::now();
+        let before = self.underway.len();
+        let may_follow = before > 0 && self.job.world.pages_at_a_time().is_some();
         while let room @ 1.. = self.job.rays_underway - self.underway.len() {
             let mut rays = generation.lock().unwrap_or_else(PoisonError::into_inner);
             rays.next(room.min(BATCH_RAYS), &mut self.batch).map_err(|e| self.job.scratch_error(e))?;
             if self.batch.is_empty() {
-                let following = if self.underway.is_empty() { None } else { self.job.take_generation()? };
+                let following = if may_follow { self.job.take_generation()? } else { None };
                 let Some(following) = following else { break };
                 *rays = following;
             }
@@ -146,7 +150,7 @@ impl<'a> Worker<'a> {
             self.batch.drain(..).for_each(|ray| self.underway.push(ray));
         }
         self.stats.seconds.sort += begin.elapsed().as_secs_f64();
-        Ok(())
+        Ok(self.underway.len() > before)
     }
 
     /// Shades all answers, also those of what comes of them as far as these need nothing that is not in memory, and hands
@@ -254,10 +258,10 @@ impl<'a> Worker<'a> {
     fn end_those_that_miss(&mut self) {
         let RenderParams { width, seed, .. } = *self.job.params;
         let Worker { next, points, deposits, job, .. } = self;
-        let mut place = 0;
+        let mut number = 0;
         next.retain(|waiting| {
-            place += 1;
-            let can_hit = points[place - 1].is_some();
+            number += 1;
+            let can_hit = points[number - 1].is_some();
             if !can_hit && waiting.is_shadow != 0 {
                 deposits.add(waiting.path.pixel, waiting.path.throughput);
             } else if !can_hit {
