@@ -42,7 +42,8 @@ pub struct OrderParams<'a> {
     pub curve: Curve,
     /// Memory for rays that wait.
     pub buffer_bytes: u64,
-    /// Where rays go for which that is too little; `None`: paths are begun in such numbers that it is enough.
+    /// Where rays go for which that is too little; `None`: paths are begun in such numbers that it is enough, where all is in
+    /// memory.
     pub scratch: Option<&'a Path>,
     /// Finds where rays probably hit, for orderings that need that.
     pub hit_points: Option<&'a HitPoints>,
@@ -108,8 +109,8 @@ const WHOLE_RAYS_UNDERWAY: usize = 1 << 12;
 
 /// Stores that have rays at a time: of the generation that is traced and of the next.
 const STORES: usize = 2;
-/// Rays that a path, or a branch of one, has in a generation at most where all is in memory: for lamps, lights without a surface and the sky, and the
-/// one that goes on.
+/// Rays that a path, or a branch of one, has in a generation at most where all is in memory: for lamps, lights without a
+/// surface and the sky, and the one that goes on.
 const RAYS_A_BRANCH: usize = 4;
 
 /// A ray that waits, with its errand.

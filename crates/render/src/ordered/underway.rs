@@ -127,6 +127,7 @@ impl<E: Copy, T: Copy> Rays<E, T> {
     }
 
     fn drain(&mut self, mut left: impl FnMut(Ray, E, Place)) {
+        // Those that ended were taken out.
         for ((ray, errand), progress) in
             self.rays.drain(..).zip(self.errands.drain(..)).zip(self.progress.drain(..))
         {

@@ -2,7 +2,7 @@
 
 use crate::{
     ordered::{OrderParams, render_ordered},
-    params::RenderParams,
+    params::{RenderError, RenderParams},
     render::Watch,
     testing::{BruteWorld, cornell_box, render_quietly},
     unfinished::Unfinished,
@@ -10,17 +10,21 @@ use crate::{
 };
 use raystrips_geom::{Aabb, Hit, Ray, scene::SceneDesc};
 use raystrips_reorder::{Curve, Ordering};
-use raystrips_tracer::{OpenError, PageId, Place};
+use raystrips_tracer::{OpenError, PackError, PageId, Place};
+use std::collections::VecDeque;
 use std::sync::Mutex;
 
-/// Pages of which a ray needs one, and how many of them are in memory at a time.
+/// Pages of which a ray needs one, and how many of them are in memory at a time: all that two workers ask for.
 const PAGES: u32 = 7;
-const IN_MEMORY: usize = 2;
+const IN_MEMORY: usize = 4;
 
 /// A world in which every ray needs one of a few pages.
 struct FewPages {
     world: BruteWorld,
-    in_memory: Mutex<Vec<PageId>>,
+    /// Those that came last.
+    in_memory: Mutex<VecDeque<PageId>>,
+    /// Whether this page cannot be read.
+    damaged: Option<PageId>,
     stops: Mutex<u64>,
 }
 
@@ -55,7 +59,7 @@ impl World for FewPages {
     }
 
     fn pages_at_a_time(&self) -> Option<usize> {
-        Some(IN_MEMORY)
+        Some(1)
     }
 
     fn intersect_ahead(&self, rays: &[Ray], progress: &mut [Progress<Hit>]) -> Result<(), OpenError> {
@@ -69,7 +73,13 @@ impl World for FewPages {
     }
 
     fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
-        *self.in_memory.lock().unwrap() = pages.to_vec();
+        if pages.iter().any(|&page| self.damaged == Some(page)) {
+            return Err(OpenError { path: "few.rsp".into(), source: PackError::NotAPack });
+        }
+        let mut in_memory = self.in_memory.lock().unwrap();
+        in_memory.extend(pages);
+        let gone = in_memory.len().saturating_sub(IN_MEMORY);
+        in_memory.drain(..gone);
         Ok(())
     }
 
@@ -90,11 +100,15 @@ impl World for FewPages {
     }
 }
 
-#[test]
-fn rays_that_stop_give_the_same_picture() {
-    let params = RenderParams { width: 60, height: 40, spp: 2, threads: 2, ..RenderParams::default() };
-    let whole = render_quietly(&cornell_box(), &params);
-    let world = FewPages { world: cornell_box(), in_memory: Mutex::default(), stops: Mutex::default() };
+fn params() -> RenderParams {
+    RenderParams { width: 60, height: 40, spp: 2, threads: 2, ..RenderParams::default() }
+}
+
+fn few_pages(damaged: Option<PageId>) -> FewPages {
+    FewPages { world: cornell_box(), in_memory: Mutex::default(), damaged, stops: Mutex::default() }
+}
+
+fn render_sorted(world: &FewPages) -> Result<Unfinished, RenderError> {
     let order = OrderParams {
         ordering: Ordering::Origin,
         curve: Curve::Z,
@@ -103,10 +117,21 @@ fn rays_that_stop_give_the_same_picture() {
         hit_points: None,
     };
     let watch = Watch { is_due: &|| false, progress: &|_| {} };
-    let unfinished = render_ordered(&world, &params, &order, Unfinished::new(&params), &watch).unwrap();
-    let stopped = unfinished.into_output();
+    render_ordered(world, &params(), &order, Unfinished::new(&params()), &watch)
+}
+
+#[test]
+fn rays_that_stop_give_the_same_picture() {
+    let whole = render_quietly(&cornell_box(), &params());
+    let world = few_pages(None);
+    let stopped = render_sorted(&world).unwrap().into_output();
     assert!(stopped.film == whole.film);
     let counts = |output: &crate::RenderOutput| [output.stats.shadow, output.stats.secondary];
     assert_eq!(counts(&stopped), counts(&whole));
     assert!(*world.stops.lock().unwrap() > 1000);
+}
+
+#[test]
+fn a_page_that_cannot_be_read_ends_the_work() {
+    assert!(matches!(render_sorted(&few_pages(Some(3))), Err(RenderError::Page(_))));
 }
