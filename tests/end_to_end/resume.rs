@@ -39,18 +39,21 @@ fn killed_in_the_pack_of(folder: &Folder, command: &str) {
     killed_in_the_pack_beyond(folder, command, 1 << 20);
 }
 
-/// Starts conversions until one is killed when its pack is longer than `bytes`; some times at most, since it may be over
-/// before that is seen.
+/// Starts conversions until one is killed when its pack is longer than `bytes` and it has noted something of that; some times at
+/// most, since it may be over before that is seen.
 fn killed_in_the_pack_beyond(folder: &Folder, command: &str, bytes: u64) {
-    let pack = || folder.path("out/a.rsp.partial/pack").metadata().map_or(0, |pack| pack.len());
+    let length =
+        |name: &str| folder.path(&format!("out/a.rsp.partial/{name}")).metadata().map_or(0, |f| f.len());
+    let is_in_the_pack =
+        || length("pack") > bytes && ["journal", "shared"].into_iter().all(|name| length(name) > 0);
     for _ in 0..20 {
         let mut running = folder.start(command);
-        while pack() <= bytes && running.child.try_wait().unwrap().is_none() {
+        while !is_in_the_pack() && running.child.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
         let killed = killed_after(running, Duration::ZERO);
         _ = std::fs::remove_file(folder.path("out/a.rsp"));
-        if killed && folder.path("out/a.rsp.partial").exists() {
+        if killed && is_in_the_pack() {
             return;
         }
     }
