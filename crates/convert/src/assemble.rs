@@ -16,7 +16,7 @@ use raystrips_pack::layout::{
 };
 use raystrips_pack::page::builder::{BuiltPage, Children, PageBuilder, StripParts};
 use raystrips_pack::strip_record::strips_bytes;
-use raystrips_pack::{PackError, VertexCode};
+use raystrips_pack::{PackError, STRAND_RECORD_BYTES, VertexCode, strand_bytes};
 use raystrips_strips::{Bvh, Cluster, Strip, StripTree};
 use serde::{Deserialize, Serialize};
 
@@ -155,10 +155,19 @@ fn estimated_bytes(cluster: &Cluster) -> usize {
     let nodes_above = cluster.groups.len().div_ceil(7);
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
-        + strips_bytes(cluster.strips.iter().map(|s| s.sources.len()))
         + CLUSTER_PADDING
-        + VertexCode::of(&cluster.vertices).byte_count()
+        + stored_bytes(cluster)
         + (cluster.groups.len() + nodes_above) * size_of::<WideNode>()
+}
+
+/// Bytes of vertices and strips.
+fn stored_bytes(cluster: &Cluster) -> usize {
+    if cluster.strips.iter().all(|strip| strip.radii.is_empty()) {
+        let strips = cluster.strips.iter().map(|s| s.sources.len());
+        return strips_bytes(strips) + VertexCode::of(&cluster.vertices).byte_count();
+    }
+    let windows = cluster.strips.iter().map(|s| (&s.refs[..], &s.radii[..]));
+    strand_bytes(&cluster.vertices, windows) + STRAND_RECORD_BYTES * cluster.strips.len()
 }
 
 /// A page whose first nodes are its roots, and the levels below each.

@@ -363,7 +363,7 @@ pub struct PageHeader {
     pub grid_origin: [f32; 3],
     /// log2 of the distance between planes of each axis.
     pub grid_exponent: [i8; 3],
-    /// Most windows of a strip. Where it is 1, the number of a strip says where it is.
+    /// Most windows of a strip. Where it is 1, the number of a strip says where it is. 0: the page is one of strands.
     pub max_windows: u8,
     /// Strips of all clusters.
     pub strip_count: u32,
@@ -396,6 +396,12 @@ impl PageHeader {
     #[inline(always)]
     pub fn frame(&self) -> Frame {
         Frame { origin: Vec3::from_array(self.grid_origin), turn: self.turn }
+    }
+
+    /// Whether it is a page of strands; else it is one of triangles.
+    #[inline(always)]
+    pub fn holds_strands(&self) -> bool {
+        self.max_windows == 0
     }
 
     /// How radii of strands are stored.

@@ -1,50 +1,43 @@
-//! The record of a window of a strand: as long as that of a strip of one window, so that both are found the same way.
-//!
-//! Points of a strand follow each other among the vertices of the cluster, so the first one's place tells all; the other
-//! bytes are their radii.
+//! The record of a window of a strand: where its points are in the [code](crate::strand_code) of its cluster.
 
-use crate::strip_record::{WINDOW_RECORD_BYTES, WindowHead};
-use raystrips_geom::strand::WINDOW_SEGMENTS;
-use raystrips_geom::strip::WINDOW_VERTICES;
+use crate::strip_record::WindowHead;
 
-/// Points of a full window.
-pub const STRAND_POINTS: usize = WINDOW_SEGMENTS + 1;
+/// Bytes of a record.
+pub const STRAND_RECORD_BYTES: usize = 2;
+
+/// Bit of a head that is set where the window ends in the middle of its pair.
+const BACKWARD: u8 = 1 << 3;
 
 /// A window of a strand in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StrandView<'a> {
+pub struct StrandView {
     /// Segments, 1 to 6.
     pub segments: usize,
-    /// Vertex of the cluster that is its first point; the others follow.
-    pub first: u8,
-    /// Codes of the radii of its points, and behind them whatever fills up the record.
-    pub radii: &'a [u8; STRAND_POINTS],
+    /// Number of the pair that it belongs to.
+    pub pair: u8,
+    /// Whether it ends in the middle of the pair instead of beginning there.
+    pub is_backward: bool,
 }
 
-impl<'a> StrandView<'a> {
-    /// What a window with this head and these references is, if it is of a strand.
+impl StrandView {
+    /// What a record says, if it is that of a strand.
     #[inline(always)]
-    pub fn of(head: WindowHead, refs: &'a [u8; WINDOW_VERTICES]) -> Option<StrandView<'a>> {
-        let [first, radii @ ..] = refs;
-        head.is_strand().then_some(StrandView { segments: head.segments(), first: *first, radii })
+    pub fn of(record: &[u8; STRAND_RECORD_BYTES]) -> Option<StrandView> {
+        let [head, pair] = *record;
+        let view =
+            StrandView { segments: WindowHead(head).segments(), pair, is_backward: head & BACKWARD != 0 };
+        (view.record()[0] == head).then_some(view)
     }
 
-    /// Vertices of its points; the last one stands for those that it lacks.
-    #[inline(always)]
-    pub fn refs(&self) -> [u8; WINDOW_VERTICES] {
-        std::array::from_fn(|k| self.first.wrapping_add(k.min(self.segments) as u8))
+    /// Its record.
+    pub fn record(self) -> [u8; STRAND_RECORD_BYTES] {
+        let backward = if self.is_backward { BACKWARD } else { 0 };
+        [self.head().0 | backward, self.pair]
     }
-}
 
-/// Appends the record of a window whose first point is vertex `first` of the cluster.
-///
-/// # Panics
-/// If there are too few or too many radii.
-pub fn push_strand(out: &mut Vec<u8>, first: u8, radii: &[u8]) {
-    let segments = radii.len() - 1;
-    assert!((1..=WINDOW_SEGMENTS).contains(&segments), "{segments} segments in a window");
-    let begin = out.len();
-    out.extend([WindowHead::strand(segments).0, first]);
-    out.extend_from_slice(radii);
-    out.resize(begin + WINDOW_RECORD_BYTES, 0);
+    /// Its head, but for the direction.
+    #[inline(always)]
+    pub fn head(self) -> WindowHead {
+        WindowHead::strand(self.segments)
+    }
 }

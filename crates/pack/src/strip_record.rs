@@ -6,7 +6,7 @@
 //! them, their heads, and n + 2 references.
 
 use crate::layout::MAX_STRIP_TRIANGLES;
-use crate::strand_record::StrandView;
+use crate::strand_record::{STRAND_RECORD_BYTES, StrandView};
 use raystrips_geom::strip::{WINDOW_TRIANGLES, WINDOW_VERTICES, strip_triangle, window_count};
 
 /// Bytes of one [`SplitNode`].
@@ -93,7 +93,7 @@ impl WindowHead {
     /// Segments, if it is of a strand.
     #[inline(always)]
     pub fn segments(self) -> usize {
-        usize::from(self.0 & !STRAND) + 1
+        usize::from(self.0 & 7) + 1
     }
 }
 
@@ -120,6 +120,13 @@ impl<'a> StripView<'a> {
         Some(StripView { tree: &[], heads, refs })
     }
 
+    /// The window of a strand whose record this is.
+    #[inline(always)]
+    pub(crate) fn strand_window(record: &'a [u8; STRAND_RECORD_BYTES]) -> StripView<'a> {
+        let (heads, refs) = record.split_at(1);
+        StripView { tree: &[], heads, refs }
+    }
+
     /// The strip of any length whose record begins `record`. `None` where it is cut off, which never happens in a
     /// checked page.
     #[inline]
@@ -143,8 +150,8 @@ impl<'a> StripView<'a> {
 
     /// The window of a strand that it is, if it is one.
     #[inline]
-    pub fn strand(&self) -> Option<StrandView<'a>> {
-        StrandView::of(WindowHead(self.heads[0]), self.refs.first_chunk()?)
+    pub fn strand(&self) -> Option<StrandView> {
+        StrandView::of(&[self.heads[0], self.refs[0]])
     }
 
     /// Triangles of a strip that is no strand.

@@ -51,8 +51,28 @@ impl VertexCode {
         }
     }
 
+    /// The same code for some of the vertices alone: others are modulo 2^32 what [`VertexCode::numbers`] says.
+    pub(crate) fn narrowed(self, vertices: impl Iterator<Item = Vec3> + Clone) -> VertexCode {
+        let mut code = self;
+        for axis in (0..3).filter(|&axis| !self.is_float(axis)) {
+            let numbers = vertices.clone().map(|vertex| i64::from(self.numbers(vertex)[axis]));
+            let (least, greatest) = numbers.fold((i64::MAX, 0), |(a, b), q| (a.min(q), b.max(q)));
+            let anchor = i64::from(self.anchor[axis]);
+            if let Some((bits, anchor)) = bits_from_anchor(anchor + least, anchor + greatest) {
+                (code.bits[axis], code.anchor[axis]) = (bits, anchor);
+            }
+        }
+        code
+    }
+
     /// What is wrong with the numbers of a file.
     pub(crate) fn check(&self) -> Result<(), &'static str> {
+        self.check_axes()?;
+        if self.stride == stride(self.bits) { Ok(()) } else { Err("bad code of vertices") }
+    }
+
+    /// What is wrong with them, the bytes of a vertex aside.
+    pub(crate) fn check_axes(&self) -> Result<(), &'static str> {
         for axis in 0..3 {
             let (bits, anchor) = (self.bits[axis], i64::from(self.anchor[axis]));
             let sound = if self.is_float(axis) {
@@ -66,7 +86,7 @@ impl VertexCode {
                 return Err("bad code of vertices");
             }
         }
-        if self.stride == stride(self.bits) { Ok(()) } else { Err("bad code of vertices") }
+        Ok(())
     }
 
     /// Whether the axis is stored as `f32`.
@@ -92,6 +112,14 @@ impl VertexCode {
         }
     }
 
+    /// The whole numbers, modulo 2^32, that stand for a vertex for which this code was made.
+    pub(crate) fn numbers(&self, vertex: Vec3) -> [u32; 3] {
+        [0, 1, 2].map(|axis| match self.is_float(axis) {
+            true => vertex[axis].to_bits(),
+            false => (fixed(vertex[axis], self.exponent[axis]) - i64::from(self.anchor[axis])) as u32,
+        })
+    }
+
     /// Vertex `i` of those stored in `bytes`, which hold [`VERTEX_REACH`] bytes at least.
     #[inline]
     pub fn decode(&self, bytes: &[u8], i: usize) -> Vec3 {
@@ -114,15 +142,8 @@ impl VertexCode {
     /// Appends `vertices`, for which this code was made.
     pub fn encode(&self, vertices: &[Vec3], out: &mut Vec<u8>) {
         for vertex in vertices {
-            let shifts = self.shifts();
-            let mut word = 0u128;
-            for axis in 0..3 {
-                let q = match fixed(vertex[axis], self.exponent[axis]) {
-                    _ if self.is_float(axis) => i64::from(vertex[axis].to_bits()),
-                    q => q - i64::from(self.anchor[axis]),
-                };
-                word |= (q as u128) << shifts[axis];
-            }
+            let numbers = self.numbers(*vertex).into_iter().zip(self.shifts());
+            let word = numbers.fold(0, |word, (q, shift)| word | u128::from(q) << shift);
             out.extend_from_slice(&word.to_le_bytes()[..usize::from(self.stride)]);
         }
     }
@@ -151,14 +172,17 @@ fn axis_code(values: impl Iterator<Item = f32> + Clone) -> (u8, i8, i32) {
         let q = fixed(x, exponent);
         (least, greatest) = (least.min(q), greatest.max(q));
     }
-    let bits = (64 - (greatest - least).leading_zeros()) as u8;
+    bits_from_anchor(least, greatest).map_or(float, |(bits, anchor)| (bits, exponent, anchor))
+}
+
+/// Bits and anchor of whole numbers from `least` to `greatest`, if these are fewer bits than a float has.
+fn bits_from_anchor(least: i64, greatest: i64) -> Option<(u8, i32)> {
+    let bits_from = |anchor: i64| (64 - (greatest - anchor).leading_zeros()) as u8;
+    let bits = bits_from(least);
     // The anchor may be lowered so that all that these bits can say is in range.
     let anchor = least.min(i64::from(i32::MAX) - ((1 << bits) - 1));
-    let bits_from_anchor = (64 - (greatest - anchor).leading_zeros()) as u8;
-    match i32::try_from(anchor) {
-        Ok(anchor) if bits < FLOAT_BITS && bits_from_anchor == bits => (bits, exponent, anchor),
-        _ => float,
-    }
+    let anchor = i32::try_from(anchor).ok().filter(|&anchor| bits_from(anchor.into()) == bits)?;
+    (bits < FLOAT_BITS).then_some((bits, anchor))
 }
 
 /// The greatest exponent for which the finite `x`, not zero, is a whole number of units 2^exponent.

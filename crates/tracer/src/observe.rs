@@ -168,14 +168,13 @@ impl PageReader<'_, '_> {
         self.read(Part::Lower, bytemuck::bytes_of(cluster.vertex_code()));
         let strip = self.view.strip(number);
         self.read(Part::Strips, strip.heads());
-        let strand = strip.strand().map(|strand| (strand.radii, strand.refs()));
-        let (stored, refs): (&[u8], &[u8]) = match &strand {
-            Some((radii, refs)) => (*radii, refs),
-            None => (strip.refs(), strip.refs()),
-        };
-        self.read(Part::Strips, stored);
+        if let Some(strand) = strip.strand() {
+            self.read(Part::Lower, bytemuck::bytes_of(cluster.strand_code()));
+            return self.read(Part::Vertices, cluster.pair(strand));
+        }
+        self.read(Part::Strips, strip.refs());
         let stride = usize::from(cluster.vertex_code().stride);
-        for &vertex in refs {
+        for &vertex in strip.refs() {
             self.read(Part::Vertices, &cluster.vertex_bytes()[usize::from(vertex) * stride..][..stride]);
         }
     }

@@ -172,16 +172,18 @@ impl Packet {
     fn test_strip<'s, S: Simd>(&mut self, s: S, pages: impl Pages<'s>, page: &PageView, here: &Waiting) {
         let cluster = page.cluster((here.link >> 16 & 0xFF) as usize);
         let number = (here.link & 0xFFFF) as usize;
-        let record = page.window_record(number);
-        if let Some([head, refs @ ..]) = record {
+        let is_long = page.header().max_windows > 1;
+        if let Some([head, refs @ ..]) = page.window_record(number) {
             self.candidates.decode(s, WindowHead(*head), refs, &cluster);
+        } else if let Some(strand) = page.strand(number) {
+            self.candidates.decode_strand(strand, &cluster);
         }
         for i in bits(here.active) {
             let (ray, best) = (&self.rays[i], &mut self.best[i]);
             best.locator = best.locator.with_strip(here.link & 0xFF_FFFF);
-            if let Some([head, ..]) = record {
+            if !is_long {
                 self.candidates.test(s, ray);
-                let head = WindowHead(*head);
+                let head = self.candidates.head;
                 self.candidates.meet(s, ray, |hit| {
                     if !head.is_strand() || opacity::stops(pages, &cluster, number, ray, &hit) {
                         best.hit(head, false, 0, hit);

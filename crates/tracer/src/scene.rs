@@ -247,7 +247,7 @@ pub fn locate_in(page: &PageView, hit: &Hit) -> ResolvedHit {
 /// Triangle or segment `i` of a strip of the cluster.
 fn shape(cluster: &ClusterView, strip: &StripView, i: usize) -> Shape {
     match strip.strand() {
-        Some(strand) => Shape::Segment(cluster.segment(&strand, i)),
+        Some(strand) => Shape::Segment(cluster.segment(strand, i)),
         None => Shape::Triangle(strip.triangle(i).map(|v| cluster.vertex(v))),
     }
 }

@@ -9,20 +9,13 @@ use crate::prepared::PreparedRay;
 use crate::simd::{LANES, Simd};
 use crate::window::NEXT;
 use glam::DVec3;
-use raystrips_geom::{RadiusCode, Segment};
-use raystrips_pack::StrandView;
+use raystrips_geom::Segment;
 
 /// A ball whose center a ray passes at a distance d is at most this times d away in the plane at right angles to the
 /// main axis of the ray.
 const PLANE_RATIO: f32 = 1.733;
 /// Slack for what is rounded, as a share of the coordinates.
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
-
-/// Radii of the points of a window; the last one stands for those that it lacks.
-#[inline(always)]
-pub(crate) fn radii(strand: &StrandView, code: RadiusCode) -> [f32; LANES] {
-    std::array::from_fn(|k| code.decode(strand.radii[k.min(strand.segments) % strand.radii.len()]))
-}
 
 /// Bit *k*: the ray, being the z axis of the sheared points, may meet the segment from point *k* to the next.
 #[inline(always)]

@@ -18,8 +18,7 @@ use crate::window::{Candidates, WindowHit};
 use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed};
 use raystrips_geom::{Hit, Ray};
 use raystrips_pack::layout::{MAX_DEPTH, TopNode, WIDTH, WideNode};
-use raystrips_pack::strip_record::WINDOW_RECORD_BYTES;
-use raystrips_pack::{PageId, PageView, StrandView, WindowHead};
+use raystrips_pack::{PageId, PageView, WindowHead};
 
 /// What a walk does next: the three highest bits of what waits, its *link*. The bits below say where.
 pub(crate) struct Step;
@@ -342,13 +341,16 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn step_strip<S: Simd>(&self, s: S, candidates: &mut Candidates) -> bool {
         let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
-        match self.page.window_record((self.link & 0xFFFF) as usize) {
-            Some([head, refs @ ..]) => {
-                candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
-                candidates.mask != 0
-            }
-            None => true,
+        let number = (self.link & 0xFFFF) as usize;
+        if let Some([head, refs @ ..]) = self.page.window_record(number) {
+            candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
+        } else if let Some(strand) = self.page.strand(number) {
+            candidates.decode_strand(strand, &cluster);
+            candidates.test(s, &self.ray);
+        } else {
+            return true;
         }
+        candidates.mask != 0
     }
 
     /// The second part of [`Step::STRIP`].
@@ -357,18 +359,15 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         let number = (self.link & 0xFFFF) as usize;
         let best = &mut self.best;
         best.locator = best.locator.with_strip(self.link & 0xFF_FFFF);
-        match self.page.window_record(number) {
-            Some([head, ..]) => {
-                let head = WindowHead(*head);
-                let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
-                candidates.meet(s, &self.ray, |hit| {
-                    if !head.is_strand() || opacity::stops(pages, &cluster, number, &self.ray, &hit) {
-                        best.hit(head, false, 0, hit);
-                    }
-                });
-            }
-            None => {
-                let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+        let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
+        match self.page.header().max_windows {
+            0 | 1 => candidates.meet(s, &self.ray, |hit| {
+                let head = candidates.head;
+                if !head.is_strand() || opacity::stops(pages, &cluster, number, &self.ray, &hit) {
+                    best.hit(head, false, 0, hit);
+                }
+            }),
+            _ => {
                 let strip = self.page.strip(number);
                 test_long_strip(s, &self.ray, &self.page_grid, &cluster, &strip, best);
             }
@@ -393,7 +392,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         // No branch: nobody can foretell which it is.
         let (bytes, size) = match self.link & STRIP_LINK {
             0 => (nodes, size_of::<WideNode>()),
-            _ => (self.page.bytes(), WINDOW_RECORD_BYTES),
+            _ => self.page.records(),
         };
         if let Some(byte) = bytes.get(number * size) {
             s.prefetch(byte);
@@ -404,10 +403,11 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
     #[inline(always)]
     pub fn prefetch_vertices<S: Simd>(&self, s: S) {
         let cluster = self.page.cluster((self.link >> 16 & 0xFF) as usize);
-        if let Some([head, refs @ ..]) = self.page.window_record((self.link & 0xFFFF) as usize) {
-            let strand = StrandView::of(WindowHead(*head), refs).map(|strand| strand.refs());
-            let refs = strand.as_ref().unwrap_or(refs);
+        let number = (self.link & 0xFFFF) as usize;
+        if let Some([_, refs @ ..]) = self.page.window_record(number) {
             s.prefetch_vertices(cluster.vertex_bytes(), cluster.vertex_code(), refs);
+        } else if let Some(strand) = self.page.strand(number) {
+            cluster.pair(strand).first().into_iter().for_each(|byte| s.prefetch(byte));
         }
     }
 }

@@ -38,7 +38,8 @@ pub(crate) struct Candidates {
     pub mask: u32,
     /// Those of which an edge function is zero in f32.
     on_edge: u32,
-    head: WindowHead,
+    /// That of the window.
+    pub head: WindowHead,
     /// Vertices, by axis.
     vertices: [[f32; LANES]; 4],
     /// Sheared vertices.
@@ -73,17 +74,21 @@ impl Candidates {
         self.test(s, ray);
     }
 
-    /// Takes in the vertices of a window, and the radii of a strand.
+    /// Takes in the vertices of a window of triangles.
     #[inline(always)]
     pub fn decode<S: Simd>(&mut self, s: S, head: WindowHead, refs: &[u8; LANES], cluster: &ClusterView) {
-        let mut refs = *refs;
-        if let Some(strand) = StrandView::of(head, &refs) {
-            self.radii = strand::radii(&strand, cluster.radius_code());
-            refs = strand.refs();
-        }
-        let [x, y, z] = s.decode(cluster.vertex_bytes(), cluster.vertex_code(), &refs);
+        let [x, y, z] = s.decode(cluster.vertex_bytes(), cluster.vertex_code(), refs);
         (self.vertices[0], self.vertices[1], self.vertices[2]) = (s.store(x), s.store(y), s.store(z));
         self.head = head;
+    }
+
+    /// Takes in the points of a window of a strand, and their radii.
+    #[inline(always)]
+    pub fn decode_strand(&mut self, strand: StrandView, cluster: &ClusterView) {
+        let (points, radii) = (cluster.strand_points(strand), cluster.radius_code());
+        [self.vertices[0], self.vertices[1], self.vertices[2]] = points.axes;
+        self.radii = points.radii.map(|code| radii.decode(code));
+        self.head = strand.head();
     }
 
     /// Tests the window that was decoded.

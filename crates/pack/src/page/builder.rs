@@ -3,7 +3,7 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::ByteCounts;
-use crate::strand_record::push_strand;
+use crate::strand_pairs::{StrandPairs, StrandParts};
 use crate::strip_record::{
     PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, WINDOW_RECORD_BYTES, push_long, push_window,
 };
@@ -65,7 +65,7 @@ struct Cluster<'a> {
     strips: Vec<StripParts<'a>>,
 }
 
-/// Collects nodes and clusters, then lays them out as a page.
+/// Collects nodes and clusters, then lays them out as a page. A page is one of triangles or one of strands.
 #[derive(Default)]
 pub struct PageBuilder<'a> {
     nodes: Vec<Option<Node>>,
@@ -149,11 +149,18 @@ impl<'a> PageBuilder<'a> {
         };
         let mut counts = ByteCounts::default();
         let strips = || self.clusters.iter().flat_map(|c| &c.strips);
-        let max_windows = strips().map(|s| s.turns.len()).max().unwrap_or(0).max(1);
         let has_strands = strips().any(StripParts::is_strand);
+        assert!(!has_strands || strips().all(StripParts::is_strand), "triangles and strands in one page");
+        let max_windows = match has_strands {
+            true => 0,
+            false => strips().map(|s| s.turns.len()).max().unwrap_or(0).max(1),
+        };
         let radius_code = if has_strands { self.radius_code } else { RadiusCode::default() };
         let headers_end = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
-        let body = write_clusters(&self.clusters, headers_end, (max_windows > 1, grid), &mut counts)?;
+        let body = match max_windows {
+            0 => write_strands(&self.clusters, headers_end, &mut counts)?,
+            _ => write_clusters(&self.clusters, headers_end, (max_windows > 1, grid), &mut counts)?,
+        };
         let nodes_offset = (headers_end + body.bytes.len()).next_multiple_of(size_of::<WideNode>());
         let stored: Vec<WideNode> = nodes.iter().map(|node| node.on_grid(grid, &body.headers)).collect();
         let header = PageHeader {
@@ -175,8 +182,10 @@ impl<'a> PageBuilder<'a> {
         bytes.extend_from_slice(&body.bytes);
         bytes.resize(nodes_offset, 0);
         bytes.extend_from_slice(bytemuck::cast_slice(&stored));
-        let reach = body.headers.iter().map(|h| h.offset as usize + VERTEX_REACH).max().unwrap_or(0);
-        bytes.resize(bytes.len().max(reach), 0);
+        if !has_strands {
+            let reach = body.headers.iter().map(|h| h.offset as usize + VERTEX_REACH).max().unwrap_or(0);
+            bytes.resize(bytes.len().max(reach), 0);
+        }
         counts.nodes = size_of_val(&stored[..]) as u64;
         counts.page_overhead = bytes.len() as u64
             - counts.nodes
@@ -233,13 +242,30 @@ impl Node {
 impl Cluster<'_> {
     /// Appends vertices and runs to `out`, and gives the header but for where all that is.
     fn write(&self, out: &mut Vec<u8>, counts: &mut ByteCounts) -> Result<ClusterHeader, PackError> {
-        let runs = self.runs();
         let code = VertexCode::of(self.vertices);
         let begin = out.len();
         code.encode(self.vertices, out);
         out.resize(begin + code.byte_count(), 0);
-        out.extend_from_slice(bytemuck::cast_slice(&runs));
         counts.vertices += code.byte_count() as u64;
+        self.write_runs(code, out, counts)
+    }
+
+    /// Its windows of strands as they are stored.
+    fn pairs(&self) -> StrandPairs {
+        let parts: Vec<StrandParts> =
+            self.strips.iter().map(|s| StrandParts { refs: s.refs, radii: s.radii }).collect();
+        StrandPairs::of(self.vertices, &parts)
+    }
+
+    /// Appends runs, and gives the header but for where all that is.
+    fn write_runs(
+        &self,
+        code: VertexCode,
+        out: &mut Vec<u8>,
+        counts: &mut ByteCounts,
+    ) -> Result<ClusterHeader, PackError> {
+        let runs = self.runs();
+        out.extend_from_slice(bytemuck::cast_slice(&runs));
         counts.materials += size_of_val(&runs[..]) as u64;
         let too_large = |_| PackError::TooLarge("more triangles in a cluster than 16 bits can tell".into());
         Ok(ClusterHeader {
@@ -303,10 +329,7 @@ fn write_clusters(
             pad(out, begin, WINDOW_RECORD_BYTES);
             let first = (begin + out.len()) / WINDOW_RECORD_BYTES;
             for strip in &cluster.strips {
-                match strip.is_strand() {
-                    true => push_strand(out, strip.refs[0], strip.radii),
-                    false => push_window(out, strip.turns[0], strip.refs),
-                }
+                push_window(out, strip.turns[0], strip.refs);
             }
             counts.indices += (WINDOW_RECORD_BYTES * cluster.strips.len()) as u64;
             first
@@ -320,6 +343,34 @@ fn write_clusters(
         let (first_triangle, first_strip) = (body.triangle_count, first_strip as u16);
         body.triangle_count += u32::from(header.triangle_count);
         body.headers.push(ClusterHeader { offset, first_triangle, first_strip, ..header });
+    }
+    Ok(body)
+}
+
+/// Writes the clusters of a page of strands, which begin at `begin` there, behind a table of their windows.
+fn write_strands(
+    clusters: &[Cluster],
+    begin: usize,
+    counts: &mut ByteCounts,
+) -> Result<Body, PackError> {
+    let mut body = Body { bytes: Vec::new(), headers: Vec::with_capacity(clusters.len()), triangle_count: 0 };
+    let pairs: Vec<StrandPairs> = clusters.iter().map(Cluster::pairs).collect();
+    let windows = pairs.iter().flat_map(|pairs| &pairs.windows);
+    body.bytes.extend(windows.flat_map(|window| window.record()));
+    counts.indices += body.bytes.len() as u64;
+    let mut first_strip = 0;
+    for (cluster, pairs) in clusters.iter().zip(&pairs) {
+        let out = &mut body.bytes;
+        pad(out, begin, align_of::<GeometryRun>());
+        let offset = (begin + out.len()) as u32;
+        pairs.write(out);
+        counts.vertices += pairs.byte_count() as u64;
+        pad(out, begin, align_of::<GeometryRun>());
+        let header = cluster.write_runs(pairs.code, out, counts)?;
+        let first_triangle = body.triangle_count;
+        body.triangle_count += u32::from(header.triangle_count);
+        body.headers.push(ClusterHeader { offset, first_triangle, first_strip, ..header });
+        first_strip = first_strip.wrapping_add(header.strip_count);
     }
     Ok(body)
 }

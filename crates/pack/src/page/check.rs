@@ -1,14 +1,12 @@
 //! Distrusts the bytes of a page once, when they arrive: after this no kernel needs a check.
 
-use super::{ClusterView, PageView, blob_bytes};
+use super::{ClusterView, PageView};
 use crate::PackError;
 use crate::layout::*;
 use crate::nodes::{Child, check_nodes};
-use crate::strand_record::StrandView;
+use crate::strand_record::{STRAND_RECORD_BYTES, StrandView};
 use crate::strip_record::{PLACE_BYTES, SPLIT_BYTES, StripView, WINDOW_RECORD_BYTES, WindowHead};
 use crate::vertices::VERTEX_REACH;
-use raystrips_geom::RadiusCode;
-use raystrips_geom::strand::WINDOW_SEGMENTS;
 use raystrips_geom::strip::WINDOW_TRIANGLES;
 use std::ops::Range;
 
@@ -55,20 +53,20 @@ fn check_contents(
     if !grid_is_sane(header) {
         return Err("bad grid".into());
     }
-    if !turn_is_sane(header) || header.max_windows == 0 {
+    if !turn_is_sane(header) {
         return Err("bad header".into());
     }
     let last_triangle = header.first_triangle.checked_add(u64::from(header.triangle_count));
     last_triangle.ok_or("triangle number beyond 64 bits")?;
-    let is_long = header.max_windows > 1;
-    let mut end = view.places_offset() + if is_long { PLACE_BYTES * view.strip_count() } else { 0 };
+    let is_single = header.max_windows == 1;
+    let mut end = view.places_offset() + table_bytes(header);
     let (mut triangles, mut strips) = (0, 0);
     for i in 0..view.cluster_count() {
         let place = |what: &str| format!("cluster {i}: {what}");
         let header = &view.clusters[i];
-        let first_strip = match is_long {
-            true => strips,
-            false => end.div_ceil(WINDOW_RECORD_BYTES),
+        let first_strip = match is_single {
+            true => end.div_ceil(WINDOW_RECORD_BYTES),
+            false => strips,
         };
         if header.first_triangle != triangles || usize::from(header.first_strip) != first_strip {
             return Err(place("wrong number of its first triangle or strip"));
@@ -78,7 +76,7 @@ fn check_contents(
         if strips > view.strip_count() || first_strip + usize::from(header.strip_count) > MAX_PAGE_STRIPS {
             return Err(place("strips that the page does not have"));
         }
-        if !is_long {
+        if is_single {
             end = first_strip * WINDOW_RECORD_BYTES;
         }
         end = check_strip_places(view, first_strip..first_strip + usize::from(header.strip_count), end)?;
@@ -86,7 +84,7 @@ fn check_contents(
         if header.offset as usize != end.next_multiple_of(align_of::<GeometryRun>()) {
             return Err(place("bad header"));
         }
-        end = header.offset as usize + blob_bytes(header);
+        end = header.offset as usize + cluster.byte_count();
         check_cluster(&cluster, geometry_count).map_err(|e| place(&e))?;
     }
     if triangles != header.triangle_count || strips != view.strip_count() {
@@ -94,26 +92,43 @@ fn check_contents(
     }
     let nodes_offset = end.next_multiple_of(size_of::<WideNode>());
     end = nodes_offset + size_of_val(view.nodes);
-    let reach = view.clusters.iter().map(|c| c.offset as usize + VERTEX_REACH).fold(end, usize::max);
+    let reach = |cluster: &ClusterHeader| match view.header.holds_strands() {
+        true => end,
+        false => cluster.offset as usize + VERTEX_REACH,
+    };
+    let reach = view.clusters.iter().map(reach).fold(end, usize::max);
     if header.nodes_offset as usize != nodes_offset || reach != view.bytes.len() {
         return Err("bytes left over".into());
     }
     check_trees(view, depth_limit)
 }
 
+/// Bytes of the table behind the cluster headers: places of strips of several windows, or windows of strands.
+fn table_bytes(header: &PageHeader) -> usize {
+    let entry = match header.max_windows {
+        0 => STRAND_RECORD_BYTES,
+        1 => 0,
+        _ => PLACE_BYTES,
+    };
+    entry * header.strip_count as usize
+}
+
 fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), String> {
-    cluster.vertex_code().check()?;
-    if !(0..=cluster.header.code.last).all(|i| cluster.vertex(i).is_finite()) {
-        return Err("a vertex is not finite".into());
+    let holds_strands = cluster.page.header.holds_strands();
+    if holds_strands {
+        check_strand_code(cluster)?;
+    } else {
+        cluster.vertex_code().check()?;
+        if !(0..=cluster.header.code.last).all(|i| cluster.vertex(i).is_finite()) {
+            return Err("a vertex is not finite".into());
+        }
     }
     let triangle_count = cluster.header.triangle_count;
     let mut triangles = 0;
     for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
-        let last_vertex = cluster.header.code.last;
-        let checked = match strip.strand() {
-            Some(_) if cluster.page.header.max_windows > 1 => Err("a strand among strips of several windows"),
-            Some(strand) => check_strand(&strand, last_vertex, cluster.radius_code()),
-            None => check_strip(&strip, last_vertex),
+        let checked = match holds_strands {
+            true => cluster.page.strand(number).ok_or("no window of a strand").and_then(|s| check_strand(cluster, s)),
+            false => check_strip(&strip, cluster.header.code.last),
         };
         checked.map_err(|what| format!("strip {number}: {what}"))?;
         triangles += strip.primitive_count();
@@ -136,31 +151,34 @@ fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), Str
 
 /// Checks that the strips of a cluster follow each other from `end` on, and tells where they end.
 fn check_strip_places(view: &PageView, strips: Range<usize>, mut end: usize) -> Result<usize, String> {
-    let is_long = view.header.max_windows > 1;
+    let max_windows = view.header.max_windows;
+    if max_windows == 0 {
+        return Ok(end);
+    }
     for i in strips {
-        if is_long && view.long_place(i) != Some(end) {
+        if max_windows > 1 && view.long_place(i) != Some(end) {
             return Err(format!("strip {i} is not where the one before ends"));
         }
         let strip = view.try_strip(i).ok_or_else(|| format!("strip {i} cut off"))?;
-        if strip.window_count() > usize::from(view.header.max_windows) {
+        if strip.window_count() > usize::from(max_windows) {
             return Err(format!("strip {i} is longer than its page says"));
         }
-        end += if is_long { strip.long_record_bytes() } else { WINDOW_RECORD_BYTES };
+        end += if max_windows > 1 { strip.long_record_bytes() } else { WINDOW_RECORD_BYTES };
     }
     Ok(end)
 }
 
-fn check_strand(strand: &StrandView, last_vertex: u8, radii: RadiusCode) -> Result<(), &'static str> {
-    if strand.segments > WINDOW_SEGMENTS {
-        return Err("too many segments");
-    }
-    if usize::from(strand.first) + strand.segments > usize::from(last_vertex) {
-        return Err("refers to a vertex that does not exist");
-    }
-    if !radii.is_sane() {
-        return Err("radii that are not finite or not above zero");
-    }
-    Ok(())
+fn check_strand_code(cluster: &ClusterView) -> Result<(), &'static str> {
+    cluster.vertex_code().check_axes()?;
+    cluster.strand_code().check(cluster.vertex_code())?;
+    if cluster.radius_code().is_sane() { Ok(()) } else { Err("radii that are not finite or not above zero") }
+}
+
+fn check_strand(cluster: &ClusterView, strand: StrandView) -> Result<(), &'static str> {
+    cluster.strand_code().check_window(cluster.vertex_code(), strand)?;
+    let points = cluster.strand_points(strand);
+    let is_finite = points.axes.iter().flatten().all(|x| x.is_finite());
+    if is_finite { Ok(()) } else { Err("a point is not finite") }
 }
 
 fn check_strip(strip: &StripView, last_vertex: u8) -> Result<(), &'static str> {

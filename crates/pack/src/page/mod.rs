@@ -6,7 +6,8 @@ pub mod builder;
 pub mod check;
 
 use crate::layout::{ClusterHeader, GeometryRun, PageHeader, WideNode};
-use crate::strand_record::StrandView;
+use crate::strand_code::{PAIR_SLACK, StrandCode, StrandPoints};
+use crate::strand_record::{STRAND_RECORD_BYTES, StrandView};
 use crate::strip_record::{PLACE_BYTES, StripView, WINDOW_RECORD_BYTES};
 use crate::vertices::{VERTEX_REACH, VertexCode};
 use glam::Vec3;
@@ -103,10 +104,10 @@ impl<'a> PageView<'a> {
 
     #[inline(always)]
     fn try_strip(&self, i: usize) -> Option<StripView<'a>> {
-        if self.header.max_windows == 1 {
-            StripView::single(self.bytes.get(i * WINDOW_RECORD_BYTES..)?)
-        } else {
-            StripView::long(self.bytes.get(self.long_place(i)?..)?)
+        match self.header.max_windows {
+            0 => Some(StripView::strand_window(self.strand_record(i)?)),
+            1 => StripView::single(self.bytes.get(i * WINDOW_RECORD_BYTES..)?),
+            _ => StripView::long(self.bytes.get(self.long_place(i)?..)?),
         }
     }
 
@@ -116,15 +117,31 @@ impl<'a> PageView<'a> {
         Some(u32::from_le_bytes(*place) as usize)
     }
 
-    /// Where the table of places begins, which pages with strips of several windows have.
+    /// The record of window `i` of a page of strands.
+    #[inline(always)]
+    fn strand_record(&self, i: usize) -> Option<&'a [u8; STRAND_RECORD_BYTES]> {
+        self.bytes.get(self.places_offset() + STRAND_RECORD_BYTES * i..)?.first_chunk()
+    }
+
+    /// Window `i`, if this is a page of strands.
+    #[inline(always)]
+    pub fn strand(&self, i: usize) -> Option<StrandView> {
+        if self.header.holds_strands() { StrandView::of(self.strand_record(i)?) } else { None }
+    }
+
+    /// Where the table of places begins, which pages with strips of several windows have, or that of windows of strands.
+    #[inline(always)]
     fn places_offset(&self) -> usize {
         size_of_val(self.header) + size_of_val(self.clusters)
     }
 
-    /// All of it: a kernel may ask for records of strips ahead of time.
+    /// What records of strips lie in from number 0 on, and the bytes of each: a kernel may ask for them ahead of time.
     #[inline(always)]
-    pub fn bytes(&self) -> &'a [u8] {
-        self.bytes
+    pub fn records(&self) -> (&'a [u8], usize) {
+        match self.header.holds_strands() {
+            true => (&self.bytes[self.places_offset()..], STRAND_RECORD_BYTES),
+            false => (self.bytes, WINDOW_RECORD_BYTES),
+        }
     }
 
     /// The record of strip number `i` where all strips have one window; `None` where they have more, or where there
@@ -141,16 +158,13 @@ impl<'a> PageView<'a> {
         let header = self.clusters.get(i).ok_or("no such cluster")?;
         let begin = header.offset as usize;
         let blob = self.bytes.get(begin..).ok_or("cut off")?;
-        match begin.is_multiple_of(4) && blob.len() >= blob_bytes(header).max(VERTEX_REACH) {
-            true => Ok(self.cluster(i)),
-            false => Err("cut off"),
-        }
+        let cluster = self.cluster(i);
+        let least = match self.header.holds_strands() {
+            true => cluster.byte_count() + PAIR_SLACK,
+            false => cluster.byte_count().max(VERTEX_REACH),
+        };
+        if begin.is_multiple_of(4) && blob.len() >= least { Ok(cluster) } else { Err("cut off") }
     }
-}
-
-/// Bytes of vertices and runs.
-fn blob_bytes(header: &ClusterHeader) -> usize {
-    header.code.byte_count() + usize::from(header.run_count) * size_of::<GeometryRun>()
 }
 
 impl<'a> ClusterView<'a> {
@@ -166,7 +180,7 @@ impl<'a> ClusterView<'a> {
         self.strip_numbers().map(move |i| page.strip(i))
     }
 
-    /// Vertex `i`.
+    /// Vertex `i` of a cluster of triangles.
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -176,13 +190,40 @@ impl<'a> ClusterView<'a> {
     }
 
     /// Segment `i` of a window of a strand of this cluster.
-    pub fn segment(&self, strand: &StrandView, i: usize) -> Segment {
-        let radii = self.page.header.radius_code();
-        let first = strand.first + i as u8;
+    ///
+    /// # Panics
+    /// If there is no such segment.
+    pub fn segment(&self, strand: StrandView, i: usize) -> Segment {
+        let (points, radii) = (self.strand_points(strand), self.radius_code());
+        let ends = [i, i + 1];
         Segment {
-            ends: [self.vertex(first), self.vertex(first + 1)],
-            radii: [radii.decode(strand.radii[i]), radii.decode(strand.radii[i + 1])],
+            ends: ends.map(|k| Vec3::from_array(points.axes.map(|axis| axis[k]))),
+            radii: ends.map(|k| radii.decode(points.radii[k])),
         }
+    }
+
+    /// The points of a window of a strand of this cluster.
+    #[inline(always)]
+    pub fn strand_points(&self, strand: StrandView) -> StrandPoints {
+        self.strand_code().decode(&self.header.code, self.pair_bytes(), strand)
+    }
+
+    /// How pairs of windows of strands are stored.
+    #[inline(always)]
+    pub fn strand_code(&self) -> &'a StrandCode {
+        bytemuck::from_bytes(&self.vertex_bytes()[..size_of::<StrandCode>()])
+    }
+
+    /// Pairs of windows of strands, and what follows them in the page.
+    #[inline(always)]
+    fn pair_bytes(&self) -> &'a [u8] {
+        &self.vertex_bytes()[size_of::<StrandCode>()..]
+    }
+
+    /// What is stored of the pair of a window.
+    pub fn pair(&self, strand: StrandView) -> &'a [u8] {
+        let stride = usize::from(self.header.code.stride);
+        &self.pair_bytes()[stride * usize::from(strand.pair)..][..stride]
     }
 
     /// How radii of strands are stored.
@@ -202,7 +243,8 @@ impl<'a> ClusterView<'a> {
         &self.header.code
     }
 
-    /// Vertices as stored, and what follows them in the page, [`VERTEX_REACH`] bytes at least.
+    /// Vertices as stored, and what follows them in the page, [`VERTEX_REACH`] bytes at least; of strands their
+    /// [`StrandCode`] and their pairs.
     #[inline(always)]
     pub fn vertex_bytes(&self) -> &'a [u8] {
         &self.page.bytes[self.header.offset as usize..]
@@ -210,9 +252,25 @@ impl<'a> ClusterView<'a> {
 
     /// Geometry runs.
     pub fn runs(&self) -> &'a [GeometryRun] {
-        let begin = self.header.offset as usize + self.header.code.byte_count();
+        let begin = self.header.offset as usize + self.vertex_byte_count();
         let bytes = usize::from(self.header.run_count) * size_of::<GeometryRun>();
         bytemuck::cast_slice(&self.page.bytes[begin..begin + bytes])
+    }
+
+    /// Bytes of vertices and runs.
+    fn byte_count(&self) -> usize {
+        self.vertex_byte_count() + usize::from(self.header.run_count) * size_of::<GeometryRun>()
+    }
+
+    /// Bytes of vertices, or of strands, with those up to a multiple of 4.
+    #[inline]
+    fn vertex_byte_count(&self) -> usize {
+        let code = &self.header.code;
+        match self.page.header.holds_strands() {
+            true => (size_of::<StrandCode>() + (usize::from(code.last) + 1) * usize::from(code.stride))
+                .next_multiple_of(4),
+            false => code.byte_count(),
+        }
     }
 
     /// Number of the cluster's first triangle in the pack.
