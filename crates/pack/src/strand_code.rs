@@ -14,11 +14,11 @@ use bytemuck::{Pod, Zeroable};
 use raystrips_geom::strand::WINDOW_SEGMENTS;
 
 /// x, y, z and the code of the radius.
-pub(crate) const FIELDS: usize = 4;
+pub const FIELDS: usize = 4;
 /// Points that are decoded at once.
 pub const STRAND_LANES: usize = 8;
-/// Bytes behind those of a pair that are loaded along.
-pub(crate) const PAIR_SLACK: usize = 8;
+/// Bytes behind those of a pair that are always in the page: a kernel loads them along. A node is as long.
+pub const PAIR_SLACK: usize = 64;
 /// Most bits of a field.
 const MAX_BITS: u8 = 32;
 

@@ -176,7 +176,7 @@ impl Packet {
         if let Some([head, refs @ ..]) = page.window_record(number) {
             self.candidates.decode(s, WindowHead(*head), refs, &cluster);
         } else if let Some(strand) = page.strand(number) {
-            self.candidates.decode_strand(strand, &cluster);
+            self.candidates.decode_strand(s, strand, &cluster);
         }
         for i in bits(here.active) {
             let (ray, best) = (&self.rays[i], &mut self.best[i]);

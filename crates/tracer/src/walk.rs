@@ -345,7 +345,7 @@ impl<'s, const ANY: bool> Walk<'s, ANY> {
         if let Some([head, refs @ ..]) = self.page.window_record(number) {
             candidates.find(s, &self.ray, WindowHead(*head), refs, &cluster);
         } else if let Some(strand) = self.page.strand(number) {
-            candidates.decode_strand(strand, &cluster);
+            candidates.decode_strand(s, strand, &cluster);
             candidates.test(s, &self.ray);
         } else {
             return true;

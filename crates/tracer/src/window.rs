@@ -84,10 +84,10 @@ impl Candidates {
 
     /// Takes in the points of a window of a strand, and their radii.
     #[inline(always)]
-    pub fn decode_strand(&mut self, strand: StrandView, cluster: &ClusterView) {
-        let (points, radii) = (cluster.strand_points(strand), cluster.radius_code());
-        [self.vertices[0], self.vertices[1], self.vertices[2]] = points.axes;
-        self.radii = points.radii.map(|code| radii.decode(code));
+    pub fn decode_strand<S: Simd>(&mut self, s: S, strand: StrandView, cluster: &ClusterView) {
+        let ([x, y, z], radii) = s.decode_strand(cluster, strand);
+        (self.vertices[0], self.vertices[1], self.vertices[2]) = (s.store(x), s.store(y), s.store(z));
+        self.radii = s.store(radii);
         self.head = strand.head();
     }
 

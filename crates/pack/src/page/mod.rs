@@ -214,9 +214,9 @@ impl<'a> ClusterView<'a> {
         bytemuck::from_bytes(&self.vertex_bytes()[..size_of::<StrandCode>()])
     }
 
-    /// Pairs of windows of strands, and what follows them in the page.
+    /// Pairs of windows of strands, and what follows them in the page, [`PAIR_SLACK`] bytes at least.
     #[inline(always)]
-    fn pair_bytes(&self) -> &'a [u8] {
+    pub fn pair_bytes(&self) -> &'a [u8] {
         &self.vertex_bytes()[size_of::<StrandCode>()..]
     }
 

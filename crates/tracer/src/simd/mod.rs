@@ -8,7 +8,7 @@
 pub(crate) mod avx2;
 pub(crate) mod portable;
 
-use raystrips_pack::VertexCode;
+use raystrips_pack::{ClusterView, StrandView, VertexCode};
 
 /// Lanes of a vector.
 pub(crate) const LANES: usize = 8;
@@ -100,6 +100,10 @@ pub(crate) trait Simd: Copy {
     /// # Panics
     /// If `vertices` has less than [`raystrips_pack::vertices::VERTEX_REACH`] bytes.
     fn decode(self, vertices: &[u8], code: &VertexCode, refs: &[u8; LANES]) -> [Self::F; 3];
+
+    /// Coordinates x, y, z of the points of a window of a strand, and their radii. The last point stands for those that it
+    /// lacks.
+    fn decode_strand(self, cluster: &ClusterView, strand: StrandView) -> ([Self::F; 3], Self::F);
 
     /// Asks for the vertices `refs`, which will be decoded soon.
     fn prefetch_vertices(self, vertices: &[u8], code: &VertexCode, refs: &[u8; LANES]);

@@ -3,7 +3,7 @@
 use super::{KEY_LANE, LANES, Simd, Words};
 use crate::boxes::Slabs;
 use raystrips_geom::grid::power_of_two;
-use raystrips_pack::VertexCode;
+use raystrips_pack::{ClusterView, StrandView, VertexCode};
 use std::array::from_fn;
 
 /// Instructions that every processor has.
@@ -186,6 +186,12 @@ impl Simd for Portable {
     fn decode(self, vertices: &[u8], code: &VertexCode, refs: &[u8; LANES]) -> [Self::F; 3] {
         let corners = refs.map(|r| code.decode(vertices, usize::from(r)));
         [corners.map(|p| p.x), corners.map(|p| p.y), corners.map(|p| p.z)]
+    }
+
+    #[inline(always)]
+    fn decode_strand(self, cluster: &ClusterView, strand: StrandView) -> ([Self::F; 3], Self::F) {
+        let (points, radii) = (cluster.strand_points(strand), cluster.radius_code());
+        (points.axes, points.radii.map(|code| radii.decode(code)))
     }
 
     #[inline(always)]
