@@ -157,12 +157,13 @@ fn bits_of(widths: &Widths) -> u32 {
 /// The fields that begin at bit `at`.
 #[inline(always)]
 fn read(bytes: &[u8], mut at: u32, widths: &Widths) -> Point {
-    widths.map(|bits| {
+    let mut fields = [0; FIELDS];
+    for (field, &bits) in fields.iter_mut().zip(widths) {
         let word = bytes[(at / 8) as usize..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
-        let field = (word >> (at % 8)) & ((1 << (bits & 63)) - 1);
+        *field = ((word >> (at % 8)) & ((1 << (bits & 63)) - 1)) as u32;
         at += u32::from(bits);
-        field as u32
-    })
+    }
+    fields
 }
 
 /// The same with fields in two's complement.

@@ -221,6 +221,7 @@ impl<'a> ClusterView<'a> {
     }
 
     /// What is stored of the pair of a window.
+    #[inline(always)]
     pub fn pair(&self, strand: StrandView) -> &'a [u8] {
         let stride = usize::from(self.header.code.stride);
         &self.pair_bytes()[stride * usize::from(strand.pair)..][..stride]

@@ -3,7 +3,6 @@
 
 mod strands;
 
-use super::portable::Portable;
 use super::{KEY_LANE, LANES, Simd, Words};
 use crate::boxes::Slabs;
 use raystrips_pack::{ClusterView, StrandView, VertexCode};
@@ -282,15 +281,7 @@ impl Simd for Avx2 {
     fn decode_strand(self, cluster: &ClusterView, strand: StrandView) -> ([__m256; 3], __m256) {
         let (code, strand_code) = (cluster.vertex_code(), cluster.strand_code());
         // SAFETY: as above.
-        let points =
-            unsafe { strands::points(code, strand_code, cluster.pair_bytes(), strand, cluster.radius_code()) };
-        match points {
-            Some(points) => points,
-            None => {
-                let ([x, y, z], radii) = decode_wide(cluster, strand);
-                ([self.load(&x), self.load(&y), self.load(&z)], self.load(&radii))
-            }
-        }
+        unsafe { strands::points(code, strand_code, cluster.pair_bytes(), strand, cluster.radius_code()) }
     }
 
     #[inline(always)]
@@ -308,13 +299,6 @@ impl Simd for Avx2 {
         // SAFETY: as above; a prefetch reads nothing that the program sees.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast()) }
     }
-}
-
-/// Strands of which eight bytes do not hold two fields.
-#[cold]
-#[inline(never)]
-fn decode_wide(cluster: &ClusterView, strand: StrandView) -> ([[f32; LANES]; 3], [f32; LANES]) {
-    Portable.decode_strand(cluster, strand)
 }
 
 /// The eight bytes at `refs[i] * stride`, divided so that the low words of both halves, taken by pairs in turn, are in

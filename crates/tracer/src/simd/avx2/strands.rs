@@ -8,8 +8,8 @@ use raystrips_pack::strand_code::{FIELDS, PAIR_SLACK};
 use raystrips_pack::{StrandCode, StrandView, VertexCode};
 use std::arch::x86_64::*;
 
-/// Most bits of two fields that eight bytes hold wherever they begin.
-const NARROW: usize = 57;
+/// Most bits of fields of which eight bytes hold two wherever they begin. Floats have more.
+const NARROW: u32 = 28;
 
 /// Lanes in the order of the strand, for windows that begin at the middle of their pair and for those that end there, by
 /// segments; the last one stands for those that are lacking.
@@ -25,8 +25,7 @@ static ORDER: [[Words; LANES + 1]; 2] = {
     table
 };
 
-/// Coordinates and radii of the points of a window, if no fields are too wide for this. `pairs` are the bytes of pairs, and
-/// [`PAIR_SLACK`] more.
+/// Coordinates and radii of the points of a window. `pairs` are the bytes of pairs, and [`PAIR_SLACK`] more.
 ///
 /// # Panics
 /// If these are too few.
@@ -40,7 +39,57 @@ pub(super) unsafe fn points(
     pairs: &[u8],
     strand: StrandView,
     radii: RadiusCode,
-) -> Option<([__m256; 3], __m256)> {
+) -> ([__m256; 3], __m256) {
+    // SAFETY: the caller promises AVX2.
+    unsafe {
+        match is_wide(code, strand_code) {
+            true => wide_points(code, strand_code, pairs, strand, radii),
+            false => points_of::<false>(code, strand_code, pairs, strand, radii),
+        }
+    }
+}
+
+/// Whether a coordinate is stored as a float, or eight bytes may not hold two fields.
+#[inline(always)]
+fn is_wide(code: &VertexCode, strand_code: &StrandCode) -> bool {
+    let [x, y, z] = code.bits;
+    let middle = [x, y, z, strand_code.radius_bits];
+    let wide = [middle, strand_code.step, strand_code.bend, strand_code.rest].map(|widths| {
+        // Of a byte that is greater the highest bit gets set: none is of more than 32 bits.
+        u32::from_le_bytes(widths).wrapping_add(0x0101_0101 * (0x7F - NARROW)) & 0x8080_8080
+    });
+    wide[0] | wide[1] | wide[2] | wide[3] != 0
+}
+
+/// The same as [`points`] for wide fields and coordinates that are floats.
+///
+/// # Safety
+/// The processor has AVX2.
+#[cold]
+#[target_feature(enable = "avx2")]
+unsafe fn wide_points(
+    code: &VertexCode,
+    strand_code: &StrandCode,
+    pairs: &[u8],
+    strand: StrandView,
+    radii: RadiusCode,
+) -> ([__m256; 3], __m256) {
+    // SAFETY: the caller promises AVX2.
+    unsafe { points_of::<true>(code, strand_code, pairs, strand, radii) }
+}
+
+/// [`points`], of `WIDE` fields or not.
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn points_of<const WIDE: bool>(
+    code: &VertexCode,
+    strand_code: &StrandCode,
+    pairs: &[u8],
+    strand: StrandView,
+    radii: RadiusCode,
+) -> ([__m256; 3], __m256) {
     let stride = usize::from(code.stride);
     let pair = &pairs[stride * usize::from(strand.pair)..][..stride + PAIR_SLACK];
     let [x, y, z] = code.bits;
@@ -50,15 +99,12 @@ pub(super) unsafe fn points(
         let steps = Records::of(strand_code.step);
         let bends = Records::of(strand_code.bend);
         let rests = Records::of(strand_code.rest);
-        if !(middles.are_narrow() && steps.are_narrow() && bends.are_narrow() && rests.are_narrow()) {
-            return None;
-        }
         let step_at = middles.bits;
         let bend_at = step_at + steps.bits;
         let mut rest_at = bend_at + bends.bits;
-        let mut point = middles.unsigned(middles.load(pair, 0));
-        let mut step = steps.signed(steps.load(pair, step_at));
-        let mut bend = bends.signed(bends.load(pair, bend_at));
+        let mut point = middles.unsigned(middles.load::<WIDE>(pair, 0));
+        let mut step = steps.signed(steps.load::<WIDE>(pair, step_at));
+        let mut bend = bends.signed(bends.load::<WIDE>(pair, bend_at));
         if strand.is_backward {
             step = _mm256_sub_epi64(bend, step);
             rest_at += (usize::from(strand_code.reach[0]) - 1) * rests.bits;
@@ -70,7 +116,7 @@ pub(super) unsafe fn points(
         points[1] = point;
         macro_rules! next {
             ($k:literal) => {
-                let rest = rests.signed(rests.load(pair, rest_at + ($k - 2) * rests.bits));
+                let rest = rests.signed(rests.load::<WIDE>(pair, rest_at + ($k - 2) * rests.bits));
                 bend = _mm256_add_epi64(_mm256_and_si256(bend, keep_bend), rest);
                 step = _mm256_add_epi64(_mm256_and_si256(step, keep_step), bend);
                 point = _mm256_add_epi64(point, step);
@@ -92,8 +138,7 @@ pub(super) unsafe fn points(
                 let q = _mm256_permutevar8x32_epi32(fields[$axis], order);
                 let units = _mm256_cvtepi32_ps(_mm256_add_epi32(q, _mm256_set1_epi32(code.anchor[$axis])));
                 let fixed = _mm256_mul_ps(units, _mm256_set1_ps(power_of_two(code.exponent[$axis])));
-                let is_float = _mm256_set1_epi32(-i32::from(code.is_float($axis)));
-                _mm256_blendv_ps(fixed, _mm256_castsi256_ps(q), _mm256_castsi256_ps(is_float))
+                if WIDE && code.is_float($axis) { _mm256_castsi256_ps(q) } else { fixed }
             }};
         }
         let radius = _mm256_permutevar8x32_epi32(fields[3], order);
@@ -101,7 +146,7 @@ pub(super) unsafe fn points(
         let radius = _mm256_and_si256(radius, _mm256_set1_epi32(u8::MAX.into()));
         let above = _mm256_sll_epi32(radius, _mm_cvtsi32_si128((radii.shift & 31) as i32));
         let radius = _mm256_add_epi32(above, _mm256_set1_epi32(radii.base as i32));
-        Some(([coordinate!(0), coordinate!(1), coordinate!(2)], _mm256_castsi256_ps(radius)))
+        ([coordinate!(0), coordinate!(1), coordinate!(2)], _mm256_castsi256_ps(radius))
     }
 }
 
@@ -109,8 +154,8 @@ pub(super) unsafe fn points(
 struct Records {
     /// Where each field begins.
     places: __m256i,
-    /// Where the third one does.
-    third: usize,
+    /// Where each one ends, a byte each.
+    ends: [u8; FIELDS],
     /// Bits of all.
     bits: usize,
     /// 2 to the power of the bits of each.
@@ -129,7 +174,7 @@ impl Records {
         unsafe {
             Records {
                 places: _mm256_cvtepu8_epi64(_mm_cvtsi32_si128((ends << 8) as i32)),
-                third: (ends >> 8 & 0xFF) as usize,
+                ends: ends.to_le_bytes(),
                 bits: (ends >> 24) as usize,
                 beyond: _mm256_sllv_epi64(
                     _mm256_set1_epi64x(1),
@@ -139,13 +184,7 @@ impl Records {
         }
     }
 
-    /// Whether the first two fields and the last two are at most [`NARROW`] bits.
-    #[inline(always)]
-    fn are_narrow(&self) -> bool {
-        self.third <= NARROW && self.bits - self.third <= NARROW
-    }
-
-    /// Words whose lowest bits are the fields, which are narrow, of the record that begins at bit `at`.
+    /// Words whose lowest bits are the fields of the record that begins at bit `at`; they are [`NARROW`], or `WIDE`.
     ///
     /// # Panics
     /// If the record ends too near to the end of `bytes`.
@@ -153,12 +192,21 @@ impl Records {
     /// # Safety
     /// The processor has AVX2.
     #[inline(always)]
-    unsafe fn load(&self, bytes: &[u8], at: usize) -> __m256i {
-        let (first, second) = (at / 8, (at + self.third) / 8);
-        assert!(second + 8 <= bytes.len(), "a checked page holds these bytes");
-        // SAFETY: eight bytes each are loaded from where there are as many, `first` being no greater than `second`; the
-        // caller promises AVX2.
+    unsafe fn load<const WIDE: bool>(&self, bytes: &[u8], at: usize) -> __m256i {
+        let byte_after = |field: usize| (at + usize::from(self.ends[field])) / 8;
+        assert!(byte_after(2) + 8 <= bytes.len(), "a checked page holds these bytes");
+        // SAFETY: eight bytes each are loaded from where there are as many: no field begins behind the last one. The caller
+        // promises AVX2.
         unsafe {
+            if WIDE {
+                let word = |byte: usize| bytes.as_ptr().add(byte).cast::<i64>().read_unaligned();
+                let [a, b, c, d] =
+                    [word(at / 8), word(byte_after(0)), word(byte_after(1)), word(byte_after(2))];
+                let places = _mm256_add_epi64(_mm256_set1_epi64x(at as i64), self.places);
+                let shifts = _mm256_and_si256(places, _mm256_set1_epi64x(7));
+                return _mm256_srlv_epi64(_mm256_set_epi64x(d, c, b, a), shifts);
+            }
+            let (first, second) = (at / 8, byte_after(1));
             let first = _mm_loaddup_pd(bytes.as_ptr().add(first).cast());
             let second = _mm_loaddup_pd(bytes.as_ptr().add(second).cast());
             let words = _mm256_castpd_si256(_mm256_set_m128d(second, first));
