@@ -6,6 +6,7 @@ use crate::strand_record::StrandView;
 use crate::vertices::VertexCode;
 use glam::Vec3;
 use raystrips_geom::strand::WINDOW_SEGMENTS;
+use std::ops::Range;
 
 /// A window of a strand to be stored: vertices of the cluster that follow each other, and codes of the radii there.
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +21,13 @@ pub(crate) struct StrandPairs {
     pub strand_code: StrandCode,
     /// Each window, in the order in which they were given.
     pub windows: Vec<StrandView>,
+    /// Of windows that are no other's points but the middle, from the middle of their pair on.
+    points: Vec<Point>,
     pairs: Vec<Pair>,
 }
+
+/// The points of a pair after its middle and before it; each begins with the middle. There may be none before it.
+type Pair = [Range<usize>; 2];
 
 /// Bytes of the vertices and radii of a cluster of these windows.
 pub fn strand_bytes<'a>(vertices: &[Vec3], windows: impl Iterator<Item = (&'a [u8], &'a [u8])>) -> usize {
@@ -36,22 +42,31 @@ impl StrandPairs {
     /// If there is no window, or one has no or too many segments.
     pub fn of(vertices: &[Vec3], parts: &[StrandParts]) -> StrandPairs {
         let (sides, windows) = pair_up(parts);
-        let all = VertexCode::of(vertices);
-        let middles = sides.iter().map(|[after, _]| vertices[usize::from(after[0].0)]);
-        let code = all.narrowed(middles);
-        let points = |side: &Side| {
-            let point = |&(vertex, radius): &(u8, u8)| {
-                let [x, y, z] = code.numbers(vertices[usize::from(vertex)]);
+        let middles = sides.iter().map(|[after, _]| vertices[usize::from(parts[*after].refs[0])]);
+        let code = VertexCode { last: (sides.len() - 1) as u8, ..VertexCode::of(vertices).narrowed(middles) };
+        let numbers: Vec<[u32; 3]> = vertices.iter().map(|&vertex| code.numbers(vertex)).collect();
+        let mut points = Vec::with_capacity(2 * vertices.len());
+        let mut side = |part: Option<&StrandParts>, is_backward: bool| {
+            let begin = points.len();
+            let part = part.map(|part| part.refs.iter().zip(part.radii)).into_iter().flatten();
+            points.extend(part.map(|(&vertex, &radius)| {
+                let [x, y, z] = numbers[usize::from(vertex)];
                 [x, y, z, u32::from(radius)]
-            };
-            side.iter().map(point).collect()
+            }));
+            if is_backward {
+                points[begin..].reverse();
+            }
+            begin..points.len()
         };
-        let sides: Vec<[Vec<Point>; 2]> = sides.iter().map(|pair| [0, 1].map(|i| points(&pair[i]))).collect();
-        let code = VertexCode { last: (sides.len() - 1) as u8, ..code };
-        let coded = [1, 2, 3].map(|order| Coded::of(&sides, order, code));
-        let shortest = coded.into_iter().min_by_key(|coded| coded.code.stride);
-        let Coded { code, strand_code, pairs } = shortest.expect("one of three");
-        StrandPairs { code, strand_code, windows, pairs }
+        let pairs: Vec<Pair> = sides
+            .iter()
+            .map(|&[after, before]| [side(parts.get(after), false), side(parts.get(before), true)])
+            .collect();
+        let codes = [1, 2, 3].map(|order| strand_code(&points, &pairs, order));
+        let shortest = codes.into_iter().min_by_key(|strand_code| strand_code.pair_bytes(&code));
+        let strand_code = shortest.expect("one of three");
+        let code = VertexCode { stride: strand_code.pair_bytes(&code) as u8, ..code };
+        StrandPairs { code, strand_code, windows, points, pairs }
     }
 
     /// Bytes of what [`StrandPairs::write`] appends.
@@ -62,50 +77,46 @@ impl StrandPairs {
     /// Appends the code and the pairs.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.extend_from_slice(bytemuck::bytes_of(&self.strand_code));
-        for pair in &self.pairs {
-            let mut bits = BitWriter::default();
-            let widths = self.strand_code.middle(&self.code);
-            bits.push(&pair.middle, &widths);
-            bits.push(&pair.step, &self.strand_code.step);
-            bits.push(&pair.bend, &self.strand_code.bend);
-            for (rests, reach) in pair.rests.iter().zip(self.strand_code.reach) {
-                for k in 0..usize::from(reach).saturating_sub(1) {
-                    bits.push(rests.get(k).unwrap_or(&[0; FIELDS]), &self.strand_code.rest);
-                }
-            }
-            bits.bytes.resize(self.code.stride.into(), 0);
-            out.append(&mut bits.bytes);
+        self.pairs.iter().for_each(|pair| self.write_pair(pair, out));
+    }
+
+    fn write_pair(&self, pair: &Pair, out: &mut Vec<u8>) {
+        let StrandCode { order, step: step_bits, bend: bend_bits, rest: rest_bits, .. } = self.strand_code;
+        let sides = pair.clone().map(|side| &self.points[side]);
+        let (step, bend) = step_and_bend(sides, order);
+        let [x, y, z, radius] = sides[0][0];
+        let middle = [x, y, z, radius - u32::from(self.strand_code.radius_anchor)];
+        let mut bits = BitWriter::default();
+        bits.push(middle, &self.strand_code.middle(&self.code));
+        bits.push(step, &step_bits);
+        bits.push(bend, &bend_bits);
+        for (side, reach) in sides.into_iter().zip(self.strand_code.reach) {
+            // Shorter windows than the longest are filled up.
+            let rests = rests(side, order, bend).chain(std::iter::repeat([0; FIELDS]));
+            rests.take(usize::from(reach).saturating_sub(1)).for_each(|rest| bits.push(rest, &rest_bits));
         }
+        bits.bytes.resize(self.code.stride.into(), 0);
+        out.append(&mut bits.bytes);
     }
 }
 
-/// The points of a window from the middle of its pair on: vertices and codes of radii.
-type Side = Vec<(u8, u8)>;
-
-/// Joins windows that follow each other. Gives for each pair what is after and what is before its middle, and where each
-/// window is.
-fn pair_up(parts: &[StrandParts]) -> (Vec<[Side; 2]>, Vec<StrandView>) {
+/// Joins windows that follow each other. Gives for each pair the numbers of the windows after and before its middle,
+/// [`usize::MAX`] where there is none, and where each window is.
+fn pair_up(parts: &[StrandParts]) -> (Vec<[usize; 2]>, Vec<StrandView>) {
     let mut order: Vec<usize> = (0..parts.len()).collect();
     order.sort_by_key(|&i| parts[i].refs[0]);
-    let mut pairs: Vec<[Side; 2]> = Vec::new();
+    let mut pairs: Vec<[usize; 2]> = Vec::new();
     let mut windows = vec![StrandView { segments: 0, pair: 0, is_backward: false }; parts.len()];
-    let mut open: Option<usize> = None;
     for i in order {
-        let StrandParts { refs, radii } = parts[i];
-        let segments = refs.len() - 1;
+        let segments = parts[i].refs.len() - 1;
         assert!((1..=WINDOW_SEGMENTS).contains(&segments), "{segments} segments in a window");
-        assert_eq!(refs.len(), radii.len());
-        let side: Side = refs.iter().copied().zip(radii.iter().copied()).collect();
-        let before = open.take().filter(|&before| parts[before].refs.last() == refs.first());
-        if let Some(before) = before {
-            let pair = pairs.len() - 1;
-            let mut back = std::mem::take(&mut pairs[pair][0]);
-            back.reverse();
-            pairs[pair] = [side, back];
-            windows[before].is_backward = true;
-        } else {
-            pairs.push([side, Vec::new()]);
-            open = Some(i);
+        assert_eq!(parts[i].refs.len(), parts[i].radii.len());
+        match pairs.last_mut() {
+            Some([last, before @ usize::MAX]) if parts[*last].refs.last() == parts[i].refs.first() => {
+                windows[*last].is_backward = true;
+                (*last, *before) = (i, *last);
+            }
+            _ => pairs.push([i, usize::MAX]),
         }
         windows[i] = StrandView { segments, pair: (pairs.len() - 1) as u8, is_backward: false };
     }
@@ -113,87 +124,75 @@ fn pair_up(parts: &[StrandParts]) -> (Vec<[Side; 2]>, Vec<StrandView>) {
     (pairs, windows)
 }
 
-/// A pair as whole numbers.
-struct Pair {
-    middle: Point,
-    step: Point,
-    bend: Point,
-    rests: [Vec<Point>; 2],
-}
-
-impl Pair {
-    fn of([after, before]: &[Vec<Point>; 2], order: u8, radius_anchor: u8) -> Pair {
-        let step = minus(after[1], after[0]);
-        let bend = match (before.get(1), after.get(2)) {
-            (Some(&last), _) => minus(step, minus(after[0], last)),
-            // Without a point before the middle there is a choice: one with nothing left at the next point but one.
-            (None, Some(&next)) if order == 3 => minus(minus(next, after[1]), step),
-            _ => [0; FIELDS],
-        };
-        let mut middle = after[0];
-        middle[3] -= u32::from(radius_anchor);
-        Pair { middle, step, bend, rests: [after, before].map(|side| rests(side, order, bend)) }
-    }
+/// The step from the middle of a pair, and by how much it is more than that to the middle.
+fn step_and_bend([after, before]: [&[Point]; 2], order: u8) -> (Point, Point) {
+    let step = minus(after[1], after[0]);
+    let bend = match (before.get(1), after.get(2)) {
+        (Some(&last), _) => minus(step, minus(after[0], last)),
+        // Without a point before the middle there is a choice: one with nothing left at the next point but one.
+        (None, Some(&next)) if order == 3 => minus(minus(next, after[1]), step),
+        _ => [0; FIELDS],
+    };
+    (step, bend)
 }
 
 /// What is left of each point of a side but the first two.
-fn rests(side: &[Point], order: u8, bend: Point) -> Vec<Point> {
+fn rests(side: &[Point], order: u8, bend: Point) -> impl Iterator<Item = Point> {
     let step = |k: usize| minus(side[k], side[k - 1]);
-    let bend = |k: usize| if k < 2 { bend } else { minus(step(k), step(k - 1)) };
-    let rest = |k: usize| match order {
+    let bend = move |k: usize| if k < 2 { bend } else { minus(step(k), step(k - 1)) };
+    (2..side.len()).map(move |k| match order {
         1 => step(k),
         2 => bend(k),
         _ => minus(bend(k), bend(k - 1)),
-    };
-    (2..side.len()).map(rest).collect()
+    })
 }
 
 fn minus(a: Point, b: Point) -> Point {
     std::array::from_fn(|i| a[i].wrapping_sub(b[i]))
 }
 
-/// Pairs with differences of one order.
-struct Coded {
-    code: VertexCode,
-    strand_code: StrandCode,
-    pairs: Vec<Pair>,
-}
-
-impl Coded {
-    fn of(sides: &[[Vec<Point>; 2]], order: u8, code: VertexCode) -> Coded {
-        let radii = || sides.iter().map(|[after, _]| after[0][3] as u8);
-        let (least, greatest) = radii().fold((u8::MAX, 0), |(a, b), r| (a.min(r), b.max(r)));
-        let pairs: Vec<Pair> = sides.iter().map(|sides| Pair::of(sides, order, least)).collect();
-        let reach = [0, 1].map(|i| {
-            let segments = sides.iter().map(|sides| sides[i].len().saturating_sub(1));
-            segments.max().unwrap_or(0) as u8
-        });
-        let strand_code = StrandCode {
-            step: signed_widths(pairs.iter().map(|pair| &pair.step)),
-            bend: signed_widths(pairs.iter().map(|pair| &pair.bend)),
-            rest: signed_widths(pairs.iter().flat_map(|pair| pair.rests.iter().flatten())),
-            radius_anchor: least,
-            radius_bits: (8 - (greatest - least).leading_zeros()) as u8,
-            order,
-            reach,
-        };
-        let stride = strand_code.pair_bytes(&code) as u8;
-        Coded { code: VertexCode { stride, ..code }, strand_code, pairs }
+/// The code of pairs with differences of this order.
+fn strand_code(points: &[Point], pairs: &[Pair], order: u8) -> StrandCode {
+    let (mut step_widths, mut bend_widths, mut rest_widths) = <(Magnitudes, Magnitudes, Magnitudes)>::default();
+    let (mut least, mut greatest, mut reach) = (u8::MAX, 0, [0; 2]);
+    for pair in pairs {
+        let sides = pair.clone().map(|side| &points[side]);
+        let (step, bend) = step_and_bend(sides, order);
+        step_widths.add(step);
+        bend_widths.add(bend);
+        for (side, reach) in sides.into_iter().zip(&mut reach) {
+            rests(side, order, bend).for_each(|rest| rest_widths.add(rest));
+            *reach = (*reach).max(side.len().saturating_sub(1) as u8);
+        }
+        let radius = sides[0][0][3] as u8;
+        (least, greatest) = (least.min(radius), greatest.max(radius));
+    }
+    StrandCode {
+        step: step_widths.bits(),
+        bend: bend_widths.bits(),
+        rest: rest_widths.bits(),
+        radius_anchor: least,
+        radius_bits: (8 - (greatest - least).leading_zeros()) as u8,
+        order,
+        reach,
     }
 }
 
-/// Bits in two's complement of each field.
-fn signed_widths<'a>(points: impl Iterator<Item = &'a Point>) -> Widths {
-    let mut widths = [0; FIELDS];
-    for point in points {
-        for (width, &field) in widths.iter_mut().zip(point) {
-            let field = field as i32;
-            let magnitude = if field < 0 { !field } else { field };
-            let bits = if field == 0 { 0 } else { 33 - magnitude.leading_zeros() };
-            *width = (*width).max(bits as u8);
+/// How great fields are that are taken for signed.
+#[derive(Default)]
+struct Magnitudes([u32; FIELDS]);
+
+impl Magnitudes {
+    fn add(&mut self, point: Point) {
+        for (all, field) in self.0.iter_mut().zip(point) {
+            // Twice the number, or twice its complement and one: as many bits as two's complement takes.
+            *all |= field << 1 ^ (field as i32 >> 31) as u32;
         }
     }
-    widths
+
+    fn bits(&self) -> Widths {
+        self.0.map(|all| (32 - all.leading_zeros()) as u8)
+    }
 }
 
 /// Fields one after the other, the first bits lowest.
@@ -204,8 +203,8 @@ struct BitWriter {
 }
 
 impl BitWriter {
-    fn push(&mut self, fields: &Point, widths: &Widths) {
-        for (&field, &bits) in fields.iter().zip(widths) {
+    fn push(&mut self, fields: Point, widths: &Widths) {
+        for (field, &bits) in fields.into_iter().zip(widths) {
             let (byte, shift) = (self.bits / 8, self.bits % 8);
             let word = (u64::from(field) & ((1 << bits) - 1)) << shift;
             self.bits += usize::from(bits);
