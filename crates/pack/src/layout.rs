@@ -10,7 +10,7 @@ use raystrips_geom::{Aabb, Frame, NodeGrid, PageGrid, RadiusCode, Subgrid};
 /// change, and the end-of-file character of old systems.
 pub const MAGIC: [u8; 8] = *b"\x89RSP\r\n\x1a\n";
 /// Version of the format that this code reads and writes.
-pub const FORMAT_VERSION: u32 = 7;
+pub const FORMAT_VERSION: u32 = 8;
 /// Pages and sections begin at multiples of this: the unit of direct I/O and of the page cache.
 pub const ALIGNMENT: u64 = 4096;
 /// Bytes of [`FileHeader`].

@@ -153,7 +153,8 @@ fn minus(a: Point, b: Point) -> Point {
 
 /// The code of pairs with differences of this order.
 fn strand_code(points: &[Point], pairs: &[Pair], order: u8) -> StrandCode {
-    let (mut step_widths, mut bend_widths, mut rest_widths) = <(Magnitudes, Magnitudes, Magnitudes)>::default();
+    let (mut step_widths, mut bend_widths, mut rest_widths) =
+        <(Magnitudes, Magnitudes, Magnitudes)>::default();
     let (mut least, mut greatest, mut reach) = (u8::MAX, 0, [0; 2]);
     for pair in pairs {
         let sides = pair.clone().map(|side| &points[side]);

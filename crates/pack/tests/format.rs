@@ -6,11 +6,14 @@ mod tables;
 use glam::Vec3;
 use raystrips_geom::strand::WINDOW_SEGMENTS;
 use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed, strip_triangle};
+use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_pack::layout::*;
 use raystrips_pack::manifest::MAX_MANIFEST_BYTES;
-use raystrips_pack::strand_record::STRAND_POINTS;
+use raystrips_pack::page::builder::{Children, StripParts};
+use raystrips_pack::strand_code::PAIR_SLACK;
 use raystrips_pack::strip_record::*;
 use raystrips_pack::vertices::{VERTEX_REACH, VertexCode};
+use raystrips_pack::{PageBuilder, STRAND_RECORD_BYTES, StrandCode};
 use std::mem::offset_of;
 use tables::{document, plain, rows};
 
@@ -67,6 +70,7 @@ fn code_records() -> Vec<(&'static str, usize, Vec<Field>)> {
         }),
         record!(VertexCode { anchor, bits, stride, exponent, last }),
         record!(GeometryRun { geometry, end }),
+        record!(StrandCode { step, bend, rest, radius_anchor, radius_bits, order, reach }),
         record!(Emitter { corners, geometry }),
         record!(BlockEntry { bytes, checksum }),
         record!(AttributeHeader { record_count, triangle_count, streams }),
@@ -118,7 +122,7 @@ fn records_are_as_described() {
 
 #[test]
 fn constants_are_as_described() {
-    let code: [(&str, i64); 29] = [
+    let code: [(&str, i64); 30] = [
         ("FORMAT_VERSION", FORMAT_VERSION.into()),
         ("ALIGNMENT", ALIGNMENT as i64),
         ("MAX_PAGES", MAX_PAGES as i64),
@@ -134,7 +138,8 @@ fn constants_are_as_described() {
         ("WINDOW_TRIANGLES", WINDOW_TRIANGLES as i64),
         ("WINDOW_RECORD_BYTES", WINDOW_RECORD_BYTES as i64),
         ("WINDOW_SEGMENTS", WINDOW_SEGMENTS as i64),
-        ("STRAND_POINTS", STRAND_POINTS as i64),
+        ("STRAND_RECORD_BYTES", STRAND_RECORD_BYTES as i64),
+        ("PAIR_SLACK", PAIR_SLACK as i64),
         ("PLACE_BYTES", PLACE_BYTES as i64),
         ("SPLIT_BYTES", SPLIT_BYTES as i64),
         ("SPLIT_PLANE_STEP", SPLIT_PLANE_STEP.into()),
@@ -246,6 +251,38 @@ fn vertices_are_as_described() {
         assert_eq!(row[2], format!("{byte:#04x}"));
     }
     assert_eq!((bytes.len(), code.byte_count()), (3, 4));
+}
+
+#[test]
+fn strands_are_as_described() {
+    let vertices = [1.0, 2.0, 4.0, 7.0, 11.0].map(|x| Vec3::new(x, 0.0, 0.0));
+    let part = |refs| StripParts { refs, turns: &[0], splits: &[], radii: &[9; 3], geometry: 0 };
+    let mut page = PageBuilder::new(RadiusCode::default(), None);
+    let root = page.reserve_nodes(1);
+    let cluster = page.cluster(&vertices, vec![part(&[0, 1, 2]), part(&[2, 3, 4])]);
+    page.set_node(root, vec![Aabb::of_points(vertices); 2], Children::Strips { cluster, first: 0 });
+    let bytes = page.finish(0).unwrap().bytes;
+    let header_at = size_of::<PageHeader>();
+    let header: ClusterHeader =
+        bytemuck::pod_read_unaligned(&bytes[header_at..][..size_of::<ClusterHeader>()]);
+    let expected = VertexCode { anchor: [4, 0, 0], bits: [0; 3], stride: 1, exponent: [0; 3], last: 0 };
+    assert_eq!(header.code, expected);
+    let doc = document();
+    let hex = |bytes: &[u8]| bytes.iter().map(|b| format!("{b:02X}")).collect::<Vec<_>>().join(" ");
+    let table = &bytes[header_at + size_of::<ClusterHeader>()..][..4];
+    assert!(doc.contains(&format!("Their table is `{}`", hex(table))), "{}", hex(table));
+    let (code, pairs) = bytes[header.offset as usize..].split_at(size_of::<StrandCode>());
+    let expected = StrandCode {
+        step: [3, 0, 0, 0],
+        bend: [2, 0, 0, 0],
+        rest: [0; 4],
+        radius_anchor: 9,
+        radius_bits: 0,
+        order: 3,
+        reach: [2, 2],
+    };
+    assert_eq!(bytemuck::pod_read_unaligned::<StrandCode>(code), expected);
+    assert!(doc.contains(&format!("The pair is the byte `{}`", hex(&pairs[..1]))), "{}", hex(&pairs[..1]));
 }
 
 #[test]

@@ -348,11 +348,7 @@ fn write_clusters(
 }
 
 /// Writes the clusters of a page of strands, which begin at `begin` there, behind a table of their windows.
-fn write_strands(
-    clusters: &[Cluster],
-    begin: usize,
-    counts: &mut ByteCounts,
-) -> Result<Body, PackError> {
+fn write_strands(clusters: &[Cluster], begin: usize, counts: &mut ByteCounts) -> Result<Body, PackError> {
     let mut body = Body { bytes: Vec::new(), headers: Vec::with_capacity(clusters.len()), triangle_count: 0 };
     let pairs: Vec<StrandPairs> = clusters.iter().map(Cluster::pairs).collect();
     let windows = pairs.iter().flat_map(|pairs| &pairs.windows);

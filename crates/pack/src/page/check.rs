@@ -127,7 +127,11 @@ fn check_cluster(cluster: &ClusterView, geometry_count: usize) -> Result<(), Str
     let mut triangles = 0;
     for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
         let checked = match holds_strands {
-            true => cluster.page.strand(number).ok_or("no window of a strand").and_then(|s| check_strand(cluster, s)),
+            true => cluster
+                .page
+                .strand(number)
+                .ok_or("no window of a strand")
+                .and_then(|s| check_strand(cluster, s)),
             false => check_strip(&strip, cluster.header.code.last),
         };
         checked.map_err(|what| format!("strip {number}: {what}"))?;

@@ -6,7 +6,7 @@ use super::walk::{aligned, open_all};
 use raystrips_pack::layout::{
     ClusterHeader, GeometryRun, MAX_PAGE_CLUSTERS, MAX_PAGE_STRIPS, PageHeader, WideNode,
 };
-use raystrips_pack::{PackError, PageEntry, PageView, check_page};
+use raystrips_pack::{PackError, PageEntry, PageView, STRAND_RECORD_BYTES, StrandCode, check_page};
 
 // Where things are in page 0 of the sample, which has two clusters, three nodes and three strips.
 const CLUSTERS: usize = size_of::<PageHeader>();
@@ -23,15 +23,23 @@ const RUNS: usize = VERTICES + 72;
 const LAST_VERTICES: usize = (RUNS + 2 * size_of::<GeometryRun>() + 19).next_multiple_of(4);
 const NODES: usize = (LAST_VERTICES + 24 + size_of::<GeometryRun>()).next_multiple_of(64);
 
-// Where things are in page 1, which has one cluster of vertices of five bytes, one node, three strips of one
-// window and a window of a strand.
+// Where things are in page 1, which has one cluster of vertices of five bytes, one node and three strips of one window.
 const ONLY_STRIPS: usize = (CLUSTERS + size_of::<ClusterHeader>()).next_multiple_of(9);
-const STRAND: usize = ONLY_STRIPS + 3 * 9;
-const ONLY_VERTICES: usize = (ONLY_STRIPS + 4 * 9).next_multiple_of(4);
+const ONLY_VERTICES: usize = (ONLY_STRIPS + 3 * 9).next_multiple_of(4);
+
+// Where things are in page 2, which has one cluster, one node and three windows of strands, the last one after the first.
+const WINDOWS: usize = CLUSTERS + size_of::<ClusterHeader>();
+const STRANDS: usize = (WINDOWS + 3 * STRAND_RECORD_BYTES).next_multiple_of(4);
+const PAIRS: usize = STRANDS + size_of::<StrandCode>();
 
 /// The sample with byte `at` of page 0 changed.
 fn byte(at: usize, value: u8) -> Vec<u8> {
     with("page 0", at, move |b: &mut u8| *b = value)
+}
+
+/// The sample with the window of a strand with this number changed.
+fn window(number: usize, change: fn(&mut [u8; STRAND_RECORD_BYTES])) -> Vec<u8> {
+    with_at("page 2", WINDOWS + number * STRAND_RECORD_BYTES, change)
 }
 
 /// The sample with byte `at` of page 1 changed.
@@ -54,8 +62,24 @@ fn parts_are_where_these_tests_think() {
         offset(&pages[0], pages[0].strip(0).refs()),
         offset(&pages[1], pages[1].cluster(0).vertex_bytes()),
         offset(&pages[1], pages[1].strip(ONLY_STRIPS / 9).heads()),
+        offset(&pages[2], pages[2].strip(0).heads()),
+        offset(&pages[2], pages[2].cluster(0).vertex_bytes()),
+        offset(&pages[2], pages[2].cluster(0).pair_bytes()),
     ];
-    assert_eq!(places, [VERTICES, RUNS, LAST_VERTICES, NODES, HEADS, REFS, ONLY_VERTICES, ONLY_STRIPS]);
+    let expected = [
+        VERTICES,
+        RUNS,
+        LAST_VERTICES,
+        NODES,
+        HEADS,
+        REFS,
+        ONLY_VERTICES,
+        ONLY_STRIPS,
+        WINDOWS,
+        STRANDS,
+        PAIRS,
+    ];
+    assert_eq!(places, expected);
 }
 
 #[test]
@@ -70,7 +94,10 @@ fn page_headers_are_checked() {
     refused(&page(|p| p.grid_origin[1] = f32::NAN), "bad grid");
     refused(&page(|p| p.grid_exponent[2] = -127), "bad grid");
     refused(&page(|p| p.grid_exponent[2] = 127), "bad grid");
-    refused(&page(|p| p.max_windows = 0), "bad header");
+    refused(&page(|p| p.max_windows = 0), "cluster 0: bad header");
+    refused(&with("page 1", 0, |p: &mut PageHeader| p.max_windows = 0), "cluster 0: wrong number");
+    refused(&with("page 2", 0, |p: &mut PageHeader| p.max_windows = 1), "cluster 0: wrong number");
+    refused(&with("page 2", 0, |p: &mut PageHeader| p.max_windows = 2), "strip 0 is not where");
     refused(&page(|p| p.max_windows = 1), "cluster 0: wrong number");
     refused(&page(|p| p.max_windows = 4), "strip 0 is longer than its page says");
     refused(&with("page 1", 0, |p: &mut PageHeader| p.max_windows = 2), "cluster 0: wrong number");
@@ -181,7 +208,7 @@ fn strips_are_checked() {
 fn strips_of_one_window_are_checked() {
     refused(&byte_of_1(ONLY_STRIPS, 0x80), "strips do not add up");
     refused(&byte_of_1(ONLY_STRIPS, 0xC0), "strip 12: bad number of triangles");
-    refused(&byte_of_1(ONLY_STRIPS + 9, 0xE0), "strips do not add up");
+    refused(&byte_of_1(ONLY_STRIPS + 9, 0xE0), "strip 13: bad number of triangles");
     refused(&byte_of_1(ONLY_STRIPS + 1, 20), "strip 12: refers to a vertex");
     // The last one of a short strip, which no triangle uses.
     refused(&byte_of_1(ONLY_STRIPS + 3 * 9 - 1, 20), "strip 14: refers to a vertex");
@@ -250,15 +277,42 @@ fn pages_not_aligned_in_memory_are_refused() {
 }
 
 #[test]
-fn strands_are_checked() {
-    refused(&byte_of_1(STRAND, 7 << 5 | 6), "too many segments");
-    refused(&byte_of_1(STRAND, 7 << 5 | 31), "too many segments");
-    refused(&byte_of_1(STRAND, 7 << 5 | 5), "refers to a vertex");
-    refused(&byte_of_1(STRAND + 1, 16), "refers to a vertex");
-    refused(&byte_of_1(STRAND + 1, 255), "refers to a vertex");
-    refused(&byte_of_1(STRAND, 7 << 5 | 2), "strips do not add up");
+fn windows_of_strands_are_checked() {
+    refused(&window(0, |w| w[0] = 0x83), "strip 0: no window of a strand");
+    refused(&window(0, |w| w[0] |= 1 << 4), "strip 0: no window of a strand");
+    refused(&window(0, |w| w[0] = 0xE8 | 4), "strip 0: too many segments");
+    refused(&window(1, |w| w[0] = 0xE0 | 7), "strip 1: too many segments");
+    refused(&window(1, |w| w[0] = 0xE8 | 4), "strip 1: too many segments");
+    refused(&window(0, |w| w[0] -= 1), "strips do not add up");
+    refused(&window(1, |w| w[1] = 2), "strip 1: refers to a pair");
+    refused(&window(1, |w| w[1] = 255), "strip 1: refers to a pair");
     refused(&byte(HEADS, 7 << 5), "strip 0");
-    let radii = |change: fn(&mut PageHeader)| with("page 1", 0, change);
+}
+
+#[test]
+fn codes_of_strands_are_checked() {
+    let code = |change: fn(&mut StrandCode)| with_at("page 2", STRANDS, change);
+    refused(&code(|c| c.step[0] = 33), "cluster 0: bad code of strands");
+    refused(&code(|c| c.bend[3] = 255), "cluster 0: bad code of strands");
+    refused(&code(|c| c.rest[2] += 1), "cluster 0: bad code of strands");
+    refused(&code(|c| c.radius_bits = 9), "cluster 0: bad code of strands");
+    refused(&code(|c| c.order = 0), "cluster 0: bad code of strands");
+    refused(&code(|c| c.order = 4), "cluster 0: bad code of strands");
+    refused(&code(|c| c.reach[0] = 0), "cluster 0: bad code of strands");
+    refused(&code(|c| c.reach[0] = 7), "cluster 0: bad code of strands");
+    refused(&code(|c| c.reach[1] = 7), "cluster 0: bad code of strands");
+    refused(&code(|c| c.reach[1] = 0), "cluster 0: bad code of strands");
+    let header = |change: fn(&mut ClusterHeader)| with_at("page 2", CLUSTERS, change);
+    refused(&header(|c| c.code.stride += 1), "cluster 0: bad code of strands");
+    refused(&header(|c| c.code.bits[2] = 31), "cluster 0: bad code of vertices");
+    refused(&header(|c| c.code.exponent[0] = 97), "cluster 0: bad code of vertices");
+    refused(&header(|c| c.code.last += 1), "cluster 0: bad geometry run");
+    refused(&header(|c| c.code.last = 255), "cluster 0: cut off");
+    refused(&header(|c| c.first_strip += 1), "cluster 0: wrong number");
+    // z of a middle, in bits of which none is free, is a float.
+    let nan = with_at("page 2", PAIRS, |bytes: &mut [u8; 8]| *bytes = [255; 8]);
+    refused(&nan, "a point is not finite");
+    let radii = |change: fn(&mut PageHeader)| with("page 2", 0, change);
     refused(&radii(|p| p.radius_base = 0), "radii");
     refused(&radii(|p| p.radius_base = f32::INFINITY.to_bits()), "radii");
     refused(&radii(|p| p.radius_base = u32::MAX), "radii");

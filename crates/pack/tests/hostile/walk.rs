@@ -117,27 +117,22 @@ fn walk_page(page: &PageView) {
         assert_eq!(record.is_some(), page.header().max_windows == 1);
         assert!(record.is_none_or(|r| r[0] == page.strip(i).heads()[0]));
     }
-    black_box((page.bytes(), page.window_record(page.bytes().len())));
+    black_box((page.records(), page.window_record(1 << 30), page.strand(1 << 30)));
     (0..page.cluster_count()).for_each(|i| walk_cluster(page, &page.cluster(i)));
 }
 
 fn walk_cluster(page: &PageView, cluster: &ClusterView) {
     black_box((cluster.runs(), cluster.first_triangle()));
+    if page.header().holds_strands() {
+        return cluster.strip_numbers().for_each(|number| walk_strand(page, cluster, number));
+    }
     // A kernel decodes before it knows whether a byte names a vertex.
     assert!(cluster.vertex_bytes().len() >= VERTEX_REACH);
     (0..256).for_each(|i| _ = black_box(cluster.vertex_code().decode(cluster.vertex_bytes(), i)));
     assert!((0..cluster.vertex_count()).all(|i| cluster.vertex(i as u8).is_finite()));
     for (number, strip) in cluster.strip_numbers().zip(cluster.strips()) {
-        assert!(strip.window_count() <= page.header().max_windows.into());
+        assert!(strip.strand().is_none() && strip.window_count() <= page.header().max_windows.into());
         (0..strip.window_count() - 1).for_each(|i| assert!(strip.split(i).axis < 3));
-        if let Some(strand) = strip.strand() {
-            for i in 0..strand.segments {
-                black_box(cluster.geometry(cluster.triangle_index(number, i)));
-                let segment = cluster.segment(&strand, i);
-                assert!(segment.ends.iter().all(|p| p.is_finite()) && segment.radii.iter().all(|&r| r > 0.0));
-            }
-            continue;
-        }
         for w in 0..strip.window_count() {
             let (head, refs) = strip.window(w);
             assert!(head.count() <= 6 && refs.len() >= head.count() + 2);
@@ -148,5 +143,17 @@ fn walk_cluster(page: &PageView, cluster: &ClusterView) {
             black_box(cluster.geometry(cluster.triangle_index(number, i)));
             assert!(strip.triangle(i).iter().all(|&v| usize::from(v) < cluster.vertex_count()));
         }
+    }
+}
+
+fn walk_strand(page: &PageView, cluster: &ClusterView, number: usize) {
+    let strand = page.strand(number).unwrap();
+    assert_eq!(page.strip(number).strand(), Some(strand));
+    assert_eq!(page.strip(number).primitive_count(), strand.segments);
+    black_box(cluster.pair(strand));
+    for i in 0..strand.segments {
+        black_box(cluster.geometry(cluster.triangle_index(number, i)));
+        let segment = cluster.segment(strand, i);
+        assert!(segment.ends.iter().all(|p| p.is_finite()) && segment.radii.iter().all(|&r| r > 0.0));
     }
 }

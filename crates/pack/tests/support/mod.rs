@@ -1,5 +1,5 @@
-//! A small pack with something of everything: two pages, one of strips of one to five windows with splits, one of
-//! single windows of triangles and of a strand; three clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
+//! A small pack with something of everything: three pages, one of strips of one to five windows with splits, one of
+//! single windows, one of strands; four clusters, turns, two geometries in one cluster, coordinates in fixed point and as floats,
 //! emitters, ids, names, a light, a camera, a sky, attributes of one page and an image of two tiles. The second page is
 //! shown by two instances.
 
@@ -39,6 +39,8 @@ pub fn write_with(
     writer.page(&first).unwrap();
     let second = second_page(writer.next_triangle());
     writer.page(&second).unwrap();
+    let third = third_page(writer.next_triangle());
+    writer.page(&third).unwrap();
     let ids: Vec<u8> =
         (0..writer.next_triangle() as u32).flat_map(|i| (i * 4 + i % 3).to_le_bytes()).collect();
     let (top_nodes, top_entries, instances) = top();
@@ -47,7 +49,7 @@ pub fn write_with(
     let mut proxies = proxies.to_vec();
     let block = attributes(first.triangle_count);
     let entry = BlockEntry::of(&block);
-    let entries = [entry, BlockEntry::default()];
+    let entries = [entry, BlockEntry::default(), BlockEntry::default()];
     let tiles: Vec<u8> = (0..TILE_BYTES * tile_count(40, 3) as usize).map(|i| i as u8).collect();
     let codes: Vec<Vec<u8>> = tiles.chunks(TILE_BYTES).map(tile_code::encode).collect();
     let tile_entries: Vec<BlockEntry> = codes.iter().map(|code| BlockEntry::of(code)).collect();
@@ -64,7 +66,7 @@ pub fn write_with(
         proxies: proxies.iter_mut().map(|(kind, bytes)| (*kind, bytes as &mut dyn Read)).collect(),
     };
     let (manifest, _) = writer.finish(path, contents).unwrap();
-    (vec![first, second], manifest)
+    (vec![first, second, third], manifest)
 }
 
 /// Attributes of a page, of all kinds.
@@ -99,19 +101,29 @@ fn first_page() -> BuiltPage {
     page.finish(0).unwrap()
 }
 
-/// One cluster with strips of one window, a window of a strand, and a coordinate that needs a float.
+/// One cluster with strips of one window, and a coordinate that needs a float.
 fn second_page(first_triangle: u64) -> BuiltPage {
     let mut vertices = row(4.0, 20);
     vertices[0].z = 1e-20;
-    let mut strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1)).to_vec();
-    strips.push(Strip::strand(&vertices, 14..19));
+    let strips = [0..8, 6..14, 12..18].map(|refs| Strip::over(&vertices, refs, 1));
+    let mut page = PageBuilder::default();
+    let root = page.reserve_nodes(1);
+    add_cluster(&mut page, root, &vertices, &strips);
+    page.finish(first_triangle).unwrap()
+}
+
+/// One cluster with a pair of windows of strands and one that is no pair, and a coordinate that needs a float.
+fn third_page(first_triangle: u64) -> BuiltPage {
+    let mut vertices = row(6.0, 20);
+    vertices[2].z = 1e-20;
+    let strips = [0..5, 10..14, 4..8].map(|refs| Strip::strand(&vertices, refs));
     let mut page = PageBuilder::new(RadiusCode::covering(0.25, 0.5), None);
     let root = page.reserve_nodes(1);
     add_cluster(&mut page, root, &vertices, &strips);
     page.finish(first_triangle).unwrap()
 }
 
-/// A root over a node over the first page, and over two instances of a tree over the second page.
+/// A root over a node over the first page, over two instances of a tree over the second page, and over the third page.
 fn top() -> (Vec<TopNode>, Vec<TopEntry>, Vec<Instance>) {
     let node = |bounds: &[Aabb], used: &[u32]| {
         let mut child = [TopNode::EMPTY; WIDTH];
@@ -122,7 +134,10 @@ fn top() -> (Vec<TopNode>, Vec<TopEntry>, Vec<Instance>) {
     let second = row_bounds(4.0);
     let mirrored = Aabb { min: -second.max, max: -second.min };
     let nodes = vec![
-        node(&[first, second, mirrored], &[TopNode::NODE | 1, TopNode::INSTANCE, TopNode::INSTANCE | 1]),
+        node(
+            &[first, second, mirrored, row_bounds(6.0)],
+            &[TopNode::NODE | 1, TopNode::INSTANCE, TopNode::INSTANCE | 1, TopNode::ENTRY | 2],
+        ),
         node(&[first], &[TopNode::ENTRY]),
         node(&[second], &[TopNode::ENTRY | 1]),
     ];
@@ -130,7 +145,8 @@ fn top() -> (Vec<TopNode>, Vec<TopEntry>, Vec<Instance>) {
         world_from_local: [[s, 0.0, 0.0, 0.0], [0.0, s, 0.0, 0.0], [0.0, 0.0, s, 0.0]],
         root: 2,
     };
-    let entries = vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }];
+    let entries =
+        vec![TopEntry { page: 0, node: 0 }, TopEntry { page: 1, node: 0 }, TopEntry { page: 2, node: 0 }];
     (nodes, entries, vec![scaled(1.0), scaled(-1.0)])
 }
 
@@ -173,7 +189,7 @@ impl Strip {
         let refs: Vec<u8> = refs.collect();
         let points = Aabb::of_points(refs.iter().map(|&r| vertices[usize::from(r)]));
         let bounds = Aabb { min: points.min - 0.5, max: points.max + 0.5 };
-        let radii = (0..refs.len() as u8).map(|k| 255 - 50 * k).collect();
+        let radii = refs.iter().map(|vertex| 255 - 15 * vertex).collect();
         Strip { refs, turns: vec![0], splits: Vec::new(), radii, geometry: 0, bounds }
     }
 }

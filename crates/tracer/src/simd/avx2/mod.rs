@@ -5,8 +5,8 @@ mod strands;
 
 use super::{KEY_LANE, LANES, Simd, Words};
 use crate::boxes::Slabs;
-use raystrips_pack::{ClusterView, StrandView, VertexCode};
 use raystrips_pack::vertices::VERTEX_REACH;
+use raystrips_pack::{ClusterView, StrandView, VertexCode};
 use std::arch::x86_64::*;
 
 /// The processor has AVX2 and FMA.
