@@ -20,13 +20,11 @@ pub struct StrandView {
 }
 
 impl StrandView {
-    /// What a record says, if it is that of a strand.
+    /// What the record of a window of a strand says.
     #[inline(always)]
-    pub fn of(record: &[u8; STRAND_RECORD_BYTES]) -> Option<StrandView> {
+    pub fn of(record: &[u8; STRAND_RECORD_BYTES]) -> StrandView {
         let [head, pair] = *record;
-        let view =
-            StrandView { segments: WindowHead(head).segments(), pair, is_backward: head & BACKWARD != 0 };
-        (view.record()[0] == head).then_some(view)
+        StrandView { segments: WindowHead(head).segments(), pair, is_backward: head & BACKWARD != 0 }
     }
 
     /// Its record.

@@ -151,7 +151,7 @@ impl<'a> StripView<'a> {
     /// The window of a strand that it is, if it is one.
     #[inline]
     pub fn strand(&self) -> Option<StrandView> {
-        StrandView::of(&[self.heads[0], self.refs[0]])
+        WindowHead(self.heads[0]).is_strand().then(|| StrandView::of(&[self.heads[0], self.refs[0]]))
     }
 
     /// Triangles of a strip that is no strand.

@@ -119,14 +119,14 @@ impl<'a> PageView<'a> {
 
     /// The record of window `i` of a page of strands.
     #[inline(always)]
-    fn strand_record(&self, i: usize) -> Option<&'a [u8; STRAND_RECORD_BYTES]> {
+    pub(crate) fn strand_record(&self, i: usize) -> Option<&'a [u8; STRAND_RECORD_BYTES]> {
         self.bytes.get(self.places_offset() + STRAND_RECORD_BYTES * i..)?.first_chunk()
     }
 
     /// Window `i`, if this is a page of strands.
     #[inline(always)]
     pub fn strand(&self, i: usize) -> Option<StrandView> {
-        if self.header.holds_strands() { StrandView::of(self.strand_record(i)?) } else { None }
+        if self.header.holds_strands() { self.strand_record(i).map(StrandView::of) } else { None }
     }
 
     /// Where the table of places begins, which pages with strips of several windows have, or that of windows of strands.
