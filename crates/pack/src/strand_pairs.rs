@@ -86,7 +86,8 @@ impl StrandPairs {
         let (step, bend) = step_and_bend(sides, order);
         let [x, y, z, radius] = sides[0][0];
         let middle = [x, y, z, radius - u32::from(self.strand_code.radius_anchor)];
-        let mut bits = BitWriter::default();
+        let end = out.len() + usize::from(self.code.stride);
+        let mut bits = BitWriter { begin: out.len(), bits: 0, bytes: out };
         bits.push(middle, &self.strand_code.middle(&self.code));
         bits.push(step, &step_bits);
         bits.push(bend, &bend_bits);
@@ -95,8 +96,7 @@ impl StrandPairs {
             let rests = rests(side, order, bend).chain(std::iter::repeat([0; FIELDS]));
             rests.take(usize::from(reach).saturating_sub(1)).for_each(|rest| bits.push(rest, &rest_bits));
         }
-        bits.bytes.resize(self.code.stride.into(), 0);
-        out.append(&mut bits.bytes);
+        out.resize(end, 0);
     }
 }
 
@@ -148,7 +148,8 @@ fn rests(side: &[Point], order: u8, bend: Point) -> impl Iterator<Item = Point> 
 }
 
 fn minus(a: Point, b: Point) -> Point {
-    std::array::from_fn(|i| a[i].wrapping_sub(b[i]))
+    let field = |i: usize| a[i].wrapping_sub(b[i]);
+    [field(0), field(1), field(2), field(3)]
 }
 
 /// The code of pairs with differences of this order.
@@ -197,19 +198,19 @@ impl Magnitudes {
 }
 
 /// Fields one after the other, the first bits lowest.
-#[derive(Default)]
-struct BitWriter {
-    bytes: Vec<u8>,
+struct BitWriter<'a> {
+    bytes: &'a mut Vec<u8>,
+    begin: usize,
     bits: usize,
 }
 
-impl BitWriter {
+impl BitWriter<'_> {
     fn push(&mut self, fields: Point, widths: &Widths) {
         for (field, &bits) in fields.into_iter().zip(widths) {
-            let (byte, shift) = (self.bits / 8, self.bits % 8);
+            let (byte, shift) = (self.begin + self.bits / 8, self.bits % 8);
             let word = (u64::from(field) & ((1 << bits) - 1)) << shift;
             self.bits += usize::from(bits);
-            self.bytes.resize(self.bits.div_ceil(8), 0);
+            self.bytes.resize(self.begin + self.bits.div_ceil(8), 0);
             for (to, from) in self.bytes[byte..].iter_mut().zip(word.to_le_bytes()) {
                 *to |= from;
             }

@@ -114,10 +114,11 @@ impl VertexCode {
 
     /// The whole numbers, modulo 2^32, that stand for a vertex for which this code was made.
     pub(crate) fn numbers(&self, vertex: Vec3) -> [u32; 3] {
-        [0, 1, 2].map(|axis| match self.is_float(axis) {
+        let number = |axis: usize| match self.is_float(axis) {
             true => vertex[axis].to_bits(),
             false => (fixed(vertex[axis], self.exponent[axis]) - i64::from(self.anchor[axis])) as u32,
-        })
+        };
+        [number(0), number(1), number(2)]
     }
 
     /// Vertex `i` of those stored in `bytes`, which hold [`VERTEX_REACH`] bytes at least.
