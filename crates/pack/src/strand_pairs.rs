@@ -21,7 +21,7 @@ pub(crate) struct StrandPairs {
     pub strand_code: StrandCode,
     /// Each window, in the order in which they were given.
     pub windows: Vec<StrandView>,
-    /// Of windows that are no other's points but the middle, from the middle of their pair on.
+    /// Window by window, from the middle of its pair on.
     points: Vec<Point>,
     pairs: Vec<Pair>,
 }

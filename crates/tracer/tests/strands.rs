@@ -162,6 +162,22 @@ fn kernels_agree_and_packets_and_batches_too() {
     check_kernels(&scene(&fur(2000, 0.003, Vec3::new(1.0, 2.0, 1.0))));
 }
 
+/// Coordinates beside zero, whose clusters have fields of up to 32 bits, or floats.
+#[test]
+fn kernels_agree_on_wide_fields() {
+    let mut random = Random(11);
+    let mut strands = fur(2000, 0.003, Vec3::ZERO);
+    for (p, _) in strands.iter_mut().flatten() {
+        match (random.unit() * 40.0) as u32 {
+            0 => p.x = (1.0 + random.unit()) / 1024.0,
+            1 => p.y = (1.0 + random.unit()) * 1e-20,
+            2 => p.z = -0.0,
+            _ => {}
+        }
+    }
+    check_kernels(&scene(&strands));
+}
+
 fn check_kernels(scene: &Scene) {
     let rays = rays(20_000);
     let mut expected = vec![Hit::MISS; rays.len()];

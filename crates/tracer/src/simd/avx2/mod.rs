@@ -279,9 +279,8 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn decode_strand(self, cluster: &ClusterView, strand: StrandView) -> ([__m256; 3], __m256) {
-        let (code, strand_code) = (cluster.vertex_code(), cluster.strand_code());
         // SAFETY: as above.
-        unsafe { strands::points(code, strand_code, cluster.pair_bytes(), strand, cluster.radius_code()) }
+        unsafe { strands::points(cluster, strand) }
     }
 
     #[inline(always)]

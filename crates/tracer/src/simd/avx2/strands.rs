@@ -2,10 +2,9 @@
 
 use super::words;
 use crate::simd::{LANES, Words};
-use raystrips_geom::RadiusCode;
 use raystrips_geom::grid::power_of_two;
 use raystrips_pack::strand_code::{FIELDS, PAIR_SLACK};
-use raystrips_pack::{StrandCode, StrandView, VertexCode};
+use raystrips_pack::{ClusterView, StrandCode, StrandView, VertexCode};
 use std::arch::x86_64::*;
 
 /// Most bits of fields of which eight bytes hold two wherever they begin. Floats have more.
@@ -25,26 +24,20 @@ static ORDER: [[Words; LANES + 1]; 2] = {
     table
 };
 
-/// Coordinates and radii of the points of a window. `pairs` are the bytes of pairs, and [`PAIR_SLACK`] more.
+/// Coordinates and radii of the points of a window.
 ///
 /// # Panics
-/// If these are too few.
+/// If the page was not checked, it may.
 ///
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
-pub(super) unsafe fn points(
-    code: &VertexCode,
-    strand_code: &StrandCode,
-    pairs: &[u8],
-    strand: StrandView,
-    radii: RadiusCode,
-) -> ([__m256; 3], __m256) {
+pub(super) unsafe fn points(cluster: &ClusterView, strand: StrandView) -> ([__m256; 3], __m256) {
     // SAFETY: the caller promises AVX2.
     unsafe {
-        match is_wide(code, strand_code) {
-            true => wide_points(code, strand_code, pairs, strand, radii),
-            false => points_of::<false>(code, strand_code, pairs, strand, radii),
+        match is_wide(cluster.vertex_code(), cluster.strand_code()) {
+            true => wide_points(cluster, strand),
+            false => points_of::<false>(cluster, strand),
         }
     }
 }
@@ -67,15 +60,9 @@ fn is_wide(code: &VertexCode, strand_code: &StrandCode) -> bool {
 /// The processor has AVX2.
 #[cold]
 #[target_feature(enable = "avx2")]
-unsafe fn wide_points(
-    code: &VertexCode,
-    strand_code: &StrandCode,
-    pairs: &[u8],
-    strand: StrandView,
-    radii: RadiusCode,
-) -> ([__m256; 3], __m256) {
+unsafe fn wide_points(cluster: &ClusterView, strand: StrandView) -> ([__m256; 3], __m256) {
     // SAFETY: the caller promises AVX2.
-    unsafe { points_of::<true>(code, strand_code, pairs, strand, radii) }
+    unsafe { points_of::<true>(cluster, strand) }
 }
 
 /// [`points`], of `WIDE` fields or not.
@@ -83,15 +70,10 @@ unsafe fn wide_points(
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
-unsafe fn points_of<const WIDE: bool>(
-    code: &VertexCode,
-    strand_code: &StrandCode,
-    pairs: &[u8],
-    strand: StrandView,
-    radii: RadiusCode,
-) -> ([__m256; 3], __m256) {
+unsafe fn points_of<const WIDE: bool>(cluster: &ClusterView, strand: StrandView) -> ([__m256; 3], __m256) {
+    let (code, strand_code, radii) = (cluster.vertex_code(), cluster.strand_code(), cluster.radius_code());
     let stride = usize::from(code.stride);
-    let pair = &pairs[stride * usize::from(strand.pair)..][..stride + PAIR_SLACK];
+    let pair = &cluster.pair_bytes()[stride * usize::from(strand.pair)..][..stride + PAIR_SLACK];
     let [x, y, z] = code.bits;
     // SAFETY: the caller promises AVX2. Records are loaded where `Records::load` has asserted that they are.
     unsafe {
@@ -194,19 +176,24 @@ impl Records {
     #[inline(always)]
     unsafe fn load<const WIDE: bool>(&self, bytes: &[u8], at: usize) -> __m256i {
         let byte_after = |field: usize| (at + usize::from(self.ends[field])) / 8;
-        assert!(byte_after(2) + 8 <= bytes.len(), "a checked page holds these bytes");
-        // SAFETY: eight bytes each are loaded from where there are as many: no field begins behind the last one. The caller
-        // promises AVX2.
-        unsafe {
-            if WIDE {
-                let word = |byte: usize| bytes.as_ptr().add(byte).cast::<i64>().read_unaligned();
-                let [a, b, c, d] =
-                    [word(at / 8), word(byte_after(0)), word(byte_after(1)), word(byte_after(2))];
+        if WIDE {
+            let word = |byte: usize| {
+                let word = bytes[byte..].first_chunk().expect("a checked page holds these bytes");
+                i64::from_le_bytes(*word)
+            };
+            let [a, b, c, d] = [word(at / 8), word(byte_after(0)), word(byte_after(1)), word(byte_after(2))];
+            // SAFETY: the caller promises AVX2.
+            unsafe {
                 let places = _mm256_add_epi64(_mm256_set1_epi64x(at as i64), self.places);
                 let shifts = _mm256_and_si256(places, _mm256_set1_epi64x(7));
                 return _mm256_srlv_epi64(_mm256_set_epi64x(d, c, b, a), shifts);
             }
-            let (first, second) = (at / 8, byte_after(1));
+        }
+        let (first, second) = (at / 8, byte_after(1));
+        assert!(second + 8 <= bytes.len(), "a checked page holds these bytes");
+        // SAFETY: eight bytes each are loaded from where there are as many, `first` being no greater than `second`. The
+        // caller promises AVX2.
+        unsafe {
             let first = _mm_loaddup_pd(bytes.as_ptr().add(first).cast());
             let second = _mm_loaddup_pd(bytes.as_ptr().add(second).cast());
             let words = _mm256_castpd_si256(_mm256_set_m128d(second, first));
