@@ -62,7 +62,7 @@ impl StrandPairs {
             .iter()
             .map(|&[after, before]| [side(parts.get(after), false), side(parts.get(before), true)])
             .collect();
-        let codes = [1, 2, 3].map(|order| strand_code(&points, &pairs, order));
+        let codes = strand_codes(&points, &pairs);
         let shortest = codes.into_iter().min_by_key(|strand_code| strand_code.pair_bytes(&code));
         let strand_code = shortest.expect("one of three");
         let code = VertexCode { stride: strand_code.pair_bytes(&code) as u8, ..code };
@@ -93,7 +93,8 @@ impl StrandPairs {
         bits.push(bend, &bend_bits);
         for (side, reach) in sides.into_iter().zip(self.strand_code.reach) {
             // Shorter windows than the longest are filled up.
-            let rests = rests(side, order, bend).chain(std::iter::repeat([0; FIELDS]));
+            let rests = rests(side, bend).map(|rests| rests[usize::from(order) - 1]);
+            let rests = rests.chain(std::iter::repeat([0; FIELDS]));
             rests.take(usize::from(reach).saturating_sub(1)).for_each(|rest| bits.push(rest, &rest_bits));
         }
         out.resize(end, 0);
@@ -136,14 +137,16 @@ fn step_and_bend([after, before]: [&[Point]; 2], order: u8) -> (Point, Point) {
     (step, bend)
 }
 
-/// What is left of each point of a side but the first two.
-fn rests(side: &[Point], order: u8, bend: Point) -> impl Iterator<Item = Point> {
-    let step = |k: usize| minus(side[k], side[k - 1]);
-    let bend = move |k: usize| if k < 2 { bend } else { minus(step(k), step(k - 1)) };
-    (2..side.len()).map(move |k| match order {
-        1 => step(k),
-        2 => bend(k),
-        _ => minus(bend(k), bend(k - 1)),
+/// What is left of each point of a side but the first two, with differences of order 1, 2 and 3.
+fn rests(side: &[Point], bend: Point) -> impl Iterator<Item = [Point; 3]> {
+    let first_step = side.get(1).map_or([0; FIELDS], |&next| minus(next, side[0]));
+    let (mut last_step, mut last_bend) = (first_step, bend);
+    side.windows(2).skip(1).map(move |points| {
+        let step = minus(points[1], points[0]);
+        let bend = minus(step, last_step);
+        let rests = [step, bend, minus(bend, last_bend)];
+        (last_step, last_bend) = (step, bend);
+        rests
     })
 }
 
@@ -152,32 +155,37 @@ fn minus(a: Point, b: Point) -> Point {
     [field(0), field(1), field(2), field(3)]
 }
 
-/// The code of pairs with differences of this order.
-fn strand_code(points: &[Point], pairs: &[Pair], order: u8) -> StrandCode {
-    let (mut step_widths, mut bend_widths, mut rest_widths) =
-        <(Magnitudes, Magnitudes, Magnitudes)>::default();
+/// The codes of pairs with differences of order 1, 2 and 3.
+fn strand_codes(points: &[Point], pairs: &[Pair]) -> [StrandCode; 3] {
+    let mut step_widths = Magnitudes::default();
+    let (mut bend_widths, mut rest_widths) = <([Magnitudes; 3], [Magnitudes; 3])>::default();
     let (mut least, mut greatest, mut reach) = (u8::MAX, 0, [0; 2]);
     for pair in pairs {
         let sides = pair.clone().map(|side| &points[side]);
-        let (step, bend) = step_and_bend(sides, order);
-        step_widths.add(step);
-        bend_widths.add(bend);
+        step_widths.add(minus(sides[0][1], sides[0][0]));
+        for (widths, order) in bend_widths.iter_mut().zip(1..) {
+            widths.add(step_and_bend(sides, order).1);
+        }
+        // The bend matters to order 3 alone.
+        let (_, bend) = step_and_bend(sides, 3);
         for (side, reach) in sides.into_iter().zip(&mut reach) {
-            rests(side, order, bend).for_each(|rest| rest_widths.add(rest));
+            for rests in rests(side, bend) {
+                rest_widths.iter_mut().zip(rests).for_each(|(widths, rest)| widths.add(rest));
+            }
             *reach = (*reach).max(side.len().saturating_sub(1) as u8);
         }
         let radius = sides[0][0][3] as u8;
         (least, greatest) = (least.min(radius), greatest.max(radius));
     }
-    StrandCode {
+    [1, 2, 3].map(|order: u8| StrandCode {
         step: step_widths.bits(),
-        bend: bend_widths.bits(),
-        rest: rest_widths.bits(),
+        bend: bend_widths[usize::from(order) - 1].bits(),
+        rest: rest_widths[usize::from(order) - 1].bits(),
         radius_anchor: least,
         radius_bits: (8 - (greatest - least).leading_zeros()) as u8,
         order,
         reach,
-    }
+    })
 }
 
 /// How great fields are that are taken for signed.
