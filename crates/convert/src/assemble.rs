@@ -182,7 +182,9 @@ fn build_page<'a>(
     let clusters = &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize];
     let boxes = Boxes { frame: frame_of(clusters, &style), radii: style.radii };
     let builder = PageBuilder::new(style.radii, boxes.frame);
-    let mut page = PageContents { built, builder, first_cluster, boxes };
+    let of_cluster = |c: &Cluster| Vec::from_iter(c.strips.iter().map(|strip| boxes.of_strip(c, strip)));
+    let bounds = clusters.iter().map(of_cluster).collect();
+    let mut page = PageContents { built, builder, first_cluster, is_turned: boxes.frame.is_some(), bounds };
     for cluster in clusters {
         page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
     }
@@ -257,23 +259,27 @@ struct PageContents<'a> {
     built: &'a StripTree,
     builder: PageBuilder<'a>,
     first_cluster: u32,
-    boxes: Boxes,
+    is_turned: bool,
+    /// Those of strips, by cluster, as seen from the page's frame if it has one.
+    bounds: Vec<Vec<Aabb>>,
 }
 
 impl PageContents<'_> {
     /// The same hierarchy with boxes as seen from the page's frame, if it has one.
     fn turned(&self, tree: &Bvh) -> Option<Bvh> {
-        self.boxes.frame.map(|_| self.turned_tree(tree))
+        self.is_turned.then(|| self.turned_tree(tree))
     }
 
     fn turned_tree(&self, tree: &Bvh) -> Bvh {
         match tree {
             Bvh::Leaf { items, .. } => {
                 let (cluster, place) = self.built.groups[items.start];
-                let cluster = &self.built.clusters[cluster as usize];
-                let strips = &cluster.strips[cluster.groups[place as usize].clone()];
-                let boxes = strips.iter().map(|strip| self.boxes.of_strip(cluster, strip));
-                Bvh::Leaf { bounds: boxes.fold(Aabb::EMPTY, |all, b| all.union(b)), items: items.clone() }
+                let strips = self.built.clusters[cluster as usize].groups[place as usize].clone();
+                let boxes = &self.bounds[(cluster - self.first_cluster) as usize][strips];
+                Bvh::Leaf {
+                    bounds: boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)),
+                    items: items.clone(),
+                }
             }
             Bvh::Inner { children, .. } => {
                 let children = [0, 1].map(|i| self.turned_tree(&children[i]));
@@ -300,8 +306,7 @@ impl PageContents<'_> {
         let built = &self.built.clusters[cluster as usize];
         let strips = built.groups[place as usize].clone();
         let (cluster, first) = ((cluster - self.first_cluster) as u8, strips.start as u16);
-        let bounds: Vec<Aabb> =
-            built.strips[strips].iter().map(|strip| self.boxes.of_strip(built, strip)).collect();
+        let bounds = self.bounds[usize::from(cluster)][strips].to_vec();
         self.builder.set_node(number, bounds, Children::Strips { cluster, first });
     }
 }
