@@ -6,6 +6,7 @@
 
 use crate::bvh::{Built, Bvh};
 use raystrips_geom::Aabb;
+use std::ops::Range;
 
 /// What a node more than necessary costs, as a share of the area of the split group: its bytes. `docs/RESULTS.md`,
 /// "Fuller nodes".
@@ -17,62 +18,96 @@ const EXTRA_NODE: f32 = 0.5;
 /// If there are no boxes.
 pub fn group(bounds: &[Aabb], width: usize) -> Built {
     assert!(!bounds.is_empty(), "no boxes");
-    let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-    let ranks = [0, 1, 2].map(|axis| ranks(bounds, axis));
-    let costs = vec![0.0; bounds.len()];
-    let tree = Grouping { bounds, width, ranks, costs }.split(&mut order, 0);
-    Built { tree, order }
+    let count = bounds.len();
+    let mut grouping = Grouping {
+        bounds,
+        width,
+        order: (0..count as u32).collect(),
+        sorted: [0, 1, 2].map(|axis| sorted(bounds, axis)),
+        is_left: vec![false; count],
+        right: Vec::with_capacity(count),
+        costs: vec![0.0; count],
+    };
+    let tree = grouping.split(0..count);
+    Built { tree, order: grouping.order }
 }
 
-/// The place of each box among all by its center on one axis.
-fn ranks(bounds: &[Aabb], axis: usize) -> Vec<u32> {
-    let center = |i: u32| bounds[i as usize].min[axis] + bounds[i as usize].max[axis];
-    let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-    order.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
-    let mut ranks = vec![0; bounds.len()];
-    order.iter().zip(0..).for_each(|(&i, rank)| ranks[i as usize] = rank);
-    ranks
+/// The boxes by their centers on one axis.
+fn sorted(bounds: &[Aabb], axis: usize) -> Vec<u32> {
+    let center = |b: &Aabb| b.min[axis] + b.max[axis];
+    // The center in the upper half: one comparison of whole numbers instead of two of what they are numbers of.
+    let key = |(i, b): (u32, &Aabb)| u64::from(ascending_bits(center(b))) << 32 | u64::from(i);
+    let mut keys: Vec<u64> = (0..).zip(bounds).map(key).collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
+}
+
+/// Bits that ascend as the numbers do ([`f32::total_cmp`]).
+fn ascending_bits(x: f32) -> u32 {
+    let bits = x.to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
 struct Grouping<'a> {
     bounds: &'a [Aabb],
     width: usize,
-    /// On each axis.
-    ranks: [Vec<u32>; 3],
+    /// As leaves name the boxes.
+    order: Vec<u32>,
+    /// By centers on each axis. What a node holds is in the same range of each.
+    sorted: [Vec<u32>; 3],
+    /// Which boxes of a node go to its first half, by number.
+    is_left: Vec<bool>,
+    /// Scratch for a second half.
+    right: Vec<u32>,
     /// Costs of the splits at hand.
     costs: Vec<f32>,
 }
 
 impl Grouping<'_> {
-    /// A hierarchy over `items`, which are items `first..` of all.
-    fn split(&mut self, items: &mut [u32], first: usize) -> Bvh {
-        let bounds = items.iter().fold(Aabb::EMPTY, |all, &i| all.union(self.bounds[i as usize]));
+    /// A hierarchy over `items`.
+    fn split(&mut self, items: Range<usize>) -> Bvh {
+        let of = |all: Aabb, &i: &u32| all.union(self.bounds[i as usize]);
+        let bounds = self.order[items.clone()].iter().fold(Aabb::EMPTY, of);
         if items.len() <= self.width {
-            return Bvh::Leaf { bounds, items: first..first + items.len() };
+            return Bvh::Leaf { bounds, items };
         }
-        let mut best: Option<(f32, usize, usize)> = None;
-        for axis in 0..3 {
-            self.sort(items, axis);
-            let (cost, middle) = self.best_split(items, bounds.half_area());
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, middle));
-            }
-        }
-        let (_, axis, middle) = best.expect("three axes were tried");
-        self.sort(items, axis);
-        let (left, right) = items.split_at_mut(middle);
-        let left = self.split(left, first);
-        let right = self.split(right, first + middle);
+        let splits = [0, 1, 2].map(|axis| self.best_split(axis, items.clone(), bounds.half_area()));
+        let axis = (1..3).fold(0, |best, axis| if splits[axis].0 < splits[best].0 { axis } else { best });
+        let middle = splits[axis].1;
+        self.part(axis, items.clone(), middle);
+        let middle = items.start + middle;
+        let left = self.split(items.start..middle);
+        let right = self.split(middle..items.end);
         Bvh::Inner { bounds, children: Box::new([left, right]) }
     }
 
-    fn sort(&self, items: &mut [u32], axis: usize) {
-        items.sort_unstable_by_key(|&i| self.ranks[axis][i as usize]);
+    /// Puts the first `middle` of `items` on `axis` before the others on all axes.
+    fn part(&mut self, axis: usize, items: Range<usize>, middle: usize) {
+        let chosen = &self.sorted[axis][items.clone()];
+        for (place, &i) in chosen.iter().enumerate() {
+            self.is_left[i as usize] = place < middle;
+        }
+        self.order[items.clone()].copy_from_slice(chosen);
+        for other in (0..3).filter(|&other| other != axis) {
+            let sorted = &mut self.sorted[other][items.clone()];
+            self.right.clear();
+            let mut left = 0;
+            for k in 0..sorted.len() {
+                let i = sorted[k];
+                if self.is_left[i as usize] {
+                    sorted[left] = i;
+                    left += 1;
+                } else {
+                    self.right.push(i);
+                }
+            }
+            sorted[left..].copy_from_slice(&self.right);
+        }
     }
 
-    /// The cheapest place to split `items` in their order, and its cost.
-    fn best_split(&mut self, items: &[u32], area: f32) -> (f32, usize) {
-        let width = self.width;
+    /// The cost of the cheapest place to split `items` on an axis, and how many are before it.
+    fn best_split(&mut self, axis: usize, items: Range<usize>, area: f32) -> (f32, usize) {
+        let (items, width) = (&self.sorted[axis][items], self.width);
         let nodes = |n: usize| n.div_ceil(width);
         let cost = |n: usize, bounds: &Aabb| bounds.half_area() * nodes(n) as f32;
         let costs = &mut self.costs;
