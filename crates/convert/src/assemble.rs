@@ -16,7 +16,7 @@ use raystrips_pack::layout::{
 };
 use raystrips_pack::page::builder::{BuiltPage, Children, PageBuilder, StripParts};
 use raystrips_pack::strip_record::strips_bytes;
-use raystrips_pack::{PackError, STRAND_RECORD_BYTES, VertexCode, strand_bytes};
+use raystrips_pack::{PackError, StoredStrands, StrandParts, VertexCode};
 use raystrips_strips::{Bvh, Cluster, Strip, StripTree};
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,8 @@ pub(crate) fn assemble(
     style: PageStyle,
     first_triangle: u64,
 ) -> Result<Assembled, PackError> {
-    let page_of = fill_pages(&built.clusters, style.size);
+    let strands = stored_strands(&built.clusters);
+    let page_of = fill_pages(&built.clusters, &strands, style.size);
     let page_of_group = |group: usize| page_of[built.groups[group].0 as usize];
     let mut in_pages = Vec::new();
     let tree = cut(&built.tree, &page_of_group, &mut in_pages);
@@ -67,7 +68,7 @@ pub(crate) fn assemble(
         .par_iter()
         .zip(&triangles_before)
         .map(|(roots, &first)| {
-            let (page, depths) = build_page(built, roots, style);
+            let (page, depths) = build_page(built, &strands, roots, style);
             Ok((page.finish(first)?, depths))
         })
         .collect();
@@ -113,26 +114,45 @@ fn triangles_before(built: &StripTree, page_of: &[u32], first_triangle: u64) -> 
     page_of.chunk_by(|a, b| a == b).map(&mut first_of_page).collect()
 }
 
+/// Each cluster as it is stored, if they are strands; else nothing.
+fn stored_strands(clusters: &[Cluster]) -> Vec<StoredStrands> {
+    if !clusters.iter().flat_map(|cluster| &cluster.strips).all(is_strand) {
+        return Vec::new();
+    }
+    let stored = |cluster: &Cluster| {
+        let parts: Vec<StrandParts> = cluster.strips.iter().map(strand_parts).collect();
+        StoredStrands::of(&cluster.vertices, &parts)
+    };
+    clusters.par_iter().map(stored).collect()
+}
+
+fn is_strand(strip: &Strip) -> bool {
+    !strip.radii.is_empty()
+}
+
 /// The page of each cluster. A page ends where it fills whole blocks of the file best, at three quarters of
 /// `page_size` or later.
-fn fill_pages(clusters: &[Cluster], page_size: usize) -> Vec<u32> {
+fn fill_pages(clusters: &[Cluster], strands: &[StoredStrands], page_size: usize) -> Vec<u32> {
+    let bytes: Vec<usize> =
+        clusters.iter().enumerate().map(|(i, c)| estimated_bytes(c, strands.get(i))).collect();
     let mut page_of = Vec::with_capacity(clusters.len());
     let mut page = 0;
     while page_of.len() < clusters.len() {
-        let count = clusters_of_page(&clusters[page_of.len()..], page_size);
-        page_of.resize(page_of.len() + count, page);
+        let first = page_of.len();
+        let count = clusters_of_page(&clusters[first..], &bytes[first..], page_size);
+        page_of.resize(first + count, page);
         page += 1;
     }
     page_of
 }
 
-/// How many of `clusters`, from the first on, make a page.
-fn clusters_of_page(clusters: &[Cluster], page_size: usize) -> usize {
+/// How many of `clusters`, of so many bytes each, from the first on, make a page.
+fn clusters_of_page(clusters: &[Cluster], bytes_of: &[usize], page_size: usize) -> usize {
     let (mut bytes, mut strips) = (size_of::<PageHeader>(), 0);
     // The best end so far and its padding as a share of the page.
     let (mut best, mut least_padding) = (1, f64::INFINITY);
     for (i, cluster) in clusters.iter().enumerate() {
-        bytes += estimated_bytes(cluster);
+        bytes += bytes_of[i];
         strips += cluster.strips.len();
         if i > 0 && (bytes > page_size || i == MAX_PAGE_CLUSTERS || strips > MAX_PAGE_STRIPS) {
             return best;
@@ -149,44 +169,45 @@ fn clusters_of_page(clusters: &[Cluster], page_size: usize) -> usize {
 const CLUSTER_PADDING: usize = 6;
 
 /// Bytes of a cluster in a page with its share of the page's nodes.
-fn estimated_bytes(cluster: &Cluster) -> usize {
+fn estimated_bytes(cluster: &Cluster, strands: Option<&StoredStrands>) -> usize {
     let runs = cluster.strips.chunk_by(|a, b| a.geometry == b.geometry).count();
     // A full tree of eight children has a seventh as many nodes above its leaves as leaves.
     let nodes_above = cluster.groups.len().div_ceil(7);
     size_of::<ClusterHeader>()
         + runs * size_of::<GeometryRun>()
         + CLUSTER_PADDING
-        + stored_bytes(cluster)
+        + strands.map_or_else(|| triangle_bytes(cluster), StoredStrands::byte_count)
         + (cluster.groups.len() + nodes_above) * size_of::<WideNode>()
 }
 
 /// Bytes of vertices and strips.
-fn stored_bytes(cluster: &Cluster) -> usize {
-    if cluster.strips.iter().all(|strip| strip.radii.is_empty()) {
-        let strips = cluster.strips.iter().map(|s| s.sources.len());
-        return strips_bytes(strips) + VertexCode::of(&cluster.vertices).byte_count();
-    }
-    let windows = cluster.strips.iter().map(|s| (&s.refs[..], &s.radii[..]));
-    strand_bytes(&cluster.vertices, windows) + STRAND_RECORD_BYTES * cluster.strips.len()
+fn triangle_bytes(cluster: &Cluster) -> usize {
+    strips_bytes(cluster.strips.iter().map(|s| s.sources.len()))
+        + VertexCode::of(&cluster.vertices).byte_count()
 }
 
 /// A page whose first nodes are its roots, and the levels below each.
 fn build_page<'a>(
     built: &'a StripTree,
+    strands: &'a [StoredStrands],
     roots: &[(u32, &'a Bvh)],
     style: PageStyle,
 ) -> (PageBuilder<'a>, Vec<u32>) {
     let first_group = roots[0].1.items().start;
     let last_group = roots[roots.len() - 1].1.items().end - 1;
     let first_cluster = built.groups[first_group].0;
-    let clusters = &built.clusters[first_cluster as usize..=built.groups[last_group].0 as usize];
+    let range = first_cluster as usize..built.groups[last_group].0 as usize + 1;
+    let clusters = &built.clusters[range.clone()];
     let boxes = Boxes { frame: frame_of(clusters, &style), radii: style.radii };
     let builder = PageBuilder::new(style.radii, boxes.frame);
     let of_cluster = |c: &Cluster| Vec::from_iter(c.strips.iter().map(|strip| boxes.of_strip(c, strip)));
     let bounds = clusters.iter().map(of_cluster).collect();
     let mut page = PageContents { built, builder, first_cluster, is_turned: boxes.frame.is_some(), bounds };
-    for cluster in clusters {
-        page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect());
+    for (cluster, number) in clusters.iter().zip(range) {
+        match strands.get(number) {
+            Some(strands) => page.builder.strands(strands),
+            None => page.builder.cluster(&cluster.vertices, cluster.strips.iter().map(strip_parts).collect()),
+        };
     }
     let turned: Vec<Bvh> = roots.iter().filter_map(|root| page.turned(root.1)).collect();
     let roots: Vec<&Bvh> = match turned.is_empty() {
@@ -199,14 +220,12 @@ fn build_page<'a>(
     (page.builder, nodes.depths)
 }
 
+fn strand_parts(strip: &Strip) -> StrandParts<'_> {
+    StrandParts { refs: &strip.refs, radii: &strip.radii, geometry: strip.geometry }
+}
+
 fn strip_parts(strip: &Strip) -> StripParts<'_> {
-    StripParts {
-        refs: &strip.refs,
-        turns: &strip.turns,
-        splits: &strip.splits,
-        radii: &strip.radii,
-        geometry: strip.geometry,
-    }
+    StripParts { refs: &strip.refs, turns: &strip.turns, splits: &strip.splits, geometry: strip.geometry }
 }
 
 /// Strands that point this much the same way have boxes along it: length of the mean of their directions.
@@ -215,7 +234,7 @@ const LEAST_ALIKE: f32 = 0.5;
 /// The frame for the boxes of clusters of strands; none for triangles, and where strands run in all directions.
 fn frame_of(clusters: &[Cluster], style: &PageStyle) -> Option<Frame> {
     let strands = || clusters.iter().flat_map(|c| c.strips.iter().map(move |strip| (c, strip)));
-    if strands().any(|(_, strip)| strip.radii.is_empty()) {
+    if !strands().all(|(_, strip)| is_strand(strip)) {
         return None;
     }
     let ends = |(cluster, strip): (&Cluster, &Strip)| {

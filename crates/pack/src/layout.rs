@@ -441,6 +441,22 @@ pub struct GeometryRun {
     pub end: u32,
 }
 
+impl GeometryRun {
+    /// The runs of strips with so many triangles of a geometry each.
+    pub(crate) fn of(strips: impl Iterator<Item = (u32, usize)>) -> Vec<GeometryRun> {
+        let mut runs: Vec<GeometryRun> = Vec::new();
+        let mut end = 0;
+        for (geometry, triangles) in strips {
+            end += triangles as u32;
+            match runs.last_mut() {
+                Some(run) if run.geometry == geometry => run.end = end,
+                _ => runs.push(GeometryRun { geometry, end }),
+            }
+        }
+        runs
+    }
+}
+
 /// An emissive triangle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -42,7 +42,7 @@ pub use proxy::ProxyKind;
 pub use reader::Pack;
 pub use shading::Shading;
 pub use strand_code::{StrandCode, StrandPoints};
-pub use strand_pairs::strand_bytes;
+pub use strand_pairs::{StoredStrands, StrandParts};
 pub use strand_record::{STRAND_RECORD_BYTES, StrandView};
 pub use strip_record::{StripView, WindowHead};
 pub use vertices::VertexCode;

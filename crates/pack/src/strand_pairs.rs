@@ -1,26 +1,60 @@
 //! Makes the [code](crate::strand_code) of a cluster of strands.
 
-use crate::layout::MAX_CLUSTER_VERTICES;
+use crate::layout::{GeometryRun, MAX_CLUSTER_VERTICES};
 use crate::strand_code::{FIELDS, Point, StrandCode, Widths};
-use crate::strand_record::StrandView;
+use crate::strand_record::{STRAND_RECORD_BYTES, StrandView};
 use crate::vertices::VertexCode;
 use glam::Vec3;
 use raystrips_geom::strand::WINDOW_SEGMENTS;
 use std::ops::Range;
 
-/// A window of a strand to be stored: vertices of the cluster that follow each other, and codes of the radii there.
+/// A window of a strand to be stored.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StrandParts<'a> {
+pub struct StrandParts<'a> {
+    /// Vertices of the cluster that follow each other.
     pub refs: &'a [u8],
+    /// Codes of the radii there.
     pub radii: &'a [u8],
+    /// Geometry of all of it.
+    pub geometry: u32,
 }
 
 /// A cluster of strands as it is stored.
-pub(crate) struct StrandPairs {
-    pub code: VertexCode,
-    pub strand_code: StrandCode,
+pub struct StoredStrands {
+    pub(crate) code: VertexCode,
     /// Each window, in the order in which they were given.
-    pub windows: Vec<StrandView>,
+    pub(crate) windows: Vec<StrandView>,
+    /// The code of strands, then the pairs.
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) runs: Vec<GeometryRun>,
+}
+
+impl StoredStrands {
+    /// The shortest that windows over `vertices` can be.
+    ///
+    /// # Panics
+    /// If there is no window or too many, or one has no or too many segments.
+    pub fn of(vertices: &[Vec3], parts: &[StrandParts]) -> StoredStrands {
+        assert!(
+            (1..=MAX_CLUSTER_VERTICES).contains(&vertices.len()),
+            "{} vertices in a cluster",
+            vertices.len()
+        );
+        let pairs = StrandPairs::of(vertices, parts);
+        let runs = GeometryRun::of(parts.iter().map(|part| (part.geometry, part.refs.len() - 1)));
+        StoredStrands { code: pairs.code, bytes: pairs.bytes(), windows: pairs.windows, runs }
+    }
+
+    /// Bytes in a page, but for the runs of geometries.
+    pub fn byte_count(&self) -> usize {
+        self.bytes.len() + STRAND_RECORD_BYTES * self.windows.len()
+    }
+}
+
+struct StrandPairs {
+    code: VertexCode,
+    strand_code: StrandCode,
+    windows: Vec<StrandView>,
     /// Window by window, from the middle of its pair on.
     points: Vec<Point>,
     pairs: Vec<Pair>,
@@ -29,18 +63,8 @@ pub(crate) struct StrandPairs {
 /// The points of a pair after its middle and before it; each begins with the middle. There may be none before it.
 type Pair = [Range<usize>; 2];
 
-/// Bytes of the vertices and radii of a cluster of these windows.
-pub fn strand_bytes<'a>(vertices: &[Vec3], windows: impl Iterator<Item = (&'a [u8], &'a [u8])>) -> usize {
-    let windows: Vec<StrandParts> = windows.map(|(refs, radii)| StrandParts { refs, radii }).collect();
-    StrandPairs::of(vertices, &windows).byte_count()
-}
-
 impl StrandPairs {
-    /// The shortest code of these windows.
-    ///
-    /// # Panics
-    /// If there is no window, or one has no or too many segments.
-    pub fn of(vertices: &[Vec3], parts: &[StrandParts]) -> StrandPairs {
+    fn of(vertices: &[Vec3], parts: &[StrandParts]) -> StrandPairs {
         let (sides, windows) = pair_up(parts);
         let middles = sides.iter().map(|[after, _]| vertices[usize::from(parts[*after].refs[0])]);
         let code = VertexCode { last: (sides.len() - 1) as u8, ..VertexCode::of(vertices).narrowed(middles) };
@@ -69,15 +93,13 @@ impl StrandPairs {
         StrandPairs { code, strand_code, windows, points, pairs }
     }
 
-    /// Bytes of what [`StrandPairs::write`] appends.
-    pub fn byte_count(&self) -> usize {
-        size_of::<StrandCode>() + self.pairs.len() * usize::from(self.code.stride)
-    }
-
-    /// Appends the code and the pairs.
-    pub fn write(&self, out: &mut Vec<u8>) {
+    /// The code and the pairs.
+    fn bytes(&self) -> Vec<u8> {
+        let count = size_of::<StrandCode>() + self.pairs.len() * usize::from(self.code.stride);
+        let mut out = Vec::with_capacity(count);
         out.extend_from_slice(bytemuck::bytes_of(&self.strand_code));
-        self.pairs.iter().for_each(|pair| self.write_pair(pair, out));
+        self.pairs.iter().for_each(|pair| self.write_pair(pair, &mut out));
+        out
     }
 
     fn write_pair(&self, pair: &Pair, out: &mut Vec<u8>) {
@@ -248,14 +270,15 @@ mod tests {
     fn round_trip(vertices: &[Vec3], radii: &[u8], windows: &[Vec<u8>]) -> StrandPairs {
         let radii_of = |refs: &[u8]| refs.iter().map(|&r| radii[usize::from(r)]).collect::<Vec<_>>();
         let radii: Vec<Vec<u8>> = windows.iter().map(|refs| radii_of(refs)).collect();
-        let parts: Vec<StrandParts> =
-            windows.iter().zip(&radii).map(|(refs, radii)| StrandParts { refs, radii }).collect();
+        let parts: Vec<StrandParts> = windows
+            .iter()
+            .zip(&radii)
+            .map(|(refs, radii)| StrandParts { refs, radii, geometry: 0 })
+            .collect();
         let pairs = StrandPairs::of(vertices, &parts);
         pairs.code.check_axes().expect("a code that was made is sound");
         pairs.strand_code.check(&pairs.code).expect("a code that was made is sound");
-        let mut bytes = Vec::new();
-        pairs.write(&mut bytes);
-        assert_eq!(bytes.len(), pairs.byte_count());
+        let mut bytes = pairs.bytes();
         bytes.extend([0xA5; PAIR_SLACK]);
         let bytes = &bytes[size_of::<StrandCode>()..];
         for (part, &window) in parts.iter().zip(&pairs.windows) {

@@ -9,11 +9,11 @@ use raystrips_geom::strip::{WINDOW_TRIANGLES, strip_is_reversed, strip_triangle}
 use raystrips_geom::{Aabb, RadiusCode};
 use raystrips_pack::layout::*;
 use raystrips_pack::manifest::MAX_MANIFEST_BYTES;
-use raystrips_pack::page::builder::{Children, StripParts};
+use raystrips_pack::page::builder::Children;
 use raystrips_pack::strand_code::PAIR_SLACK;
 use raystrips_pack::strip_record::*;
 use raystrips_pack::vertices::{VERTEX_REACH, VertexCode};
-use raystrips_pack::{PageBuilder, STRAND_RECORD_BYTES, StrandCode};
+use raystrips_pack::{PageBuilder, STRAND_RECORD_BYTES, StoredStrands, StrandCode, StrandParts};
 use std::mem::offset_of;
 use tables::{document, plain, rows};
 
@@ -256,10 +256,11 @@ fn vertices_are_as_described() {
 #[test]
 fn strands_are_as_described() {
     let vertices = [1.0, 2.0, 4.0, 7.0, 11.0].map(|x| Vec3::new(x, 0.0, 0.0));
-    let part = |refs| StripParts { refs, turns: &[0], splits: &[], radii: &[9; 3], geometry: 0 };
+    let part = |refs| StrandParts { refs, radii: &[9; 3], geometry: 0 };
+    let strands = StoredStrands::of(&vertices, &[part(&[0, 1, 2]), part(&[2, 3, 4])]);
     let mut page = PageBuilder::new(RadiusCode::default(), None);
     let root = page.reserve_nodes(1);
-    let cluster = page.cluster(&vertices, vec![part(&[0, 1, 2]), part(&[2, 3, 4])]);
+    let cluster = page.strands(&strands);
     page.set_node(root, vec![Aabb::of_points(vertices); 2], Children::Strips { cluster, first: 0 });
     let bytes = page.finish(0).unwrap().bytes;
     let header_at = size_of::<PageHeader>();

@@ -8,7 +8,7 @@ use raystrips_geom::{Aabb, RadiusCode, Segment};
 use raystrips_pack::layout::{ChildBoxes, MAX_STRIP_TRIANGLES, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::strip_record::SPLIT_PLANE_STEP;
-use raystrips_pack::{PageBuilder, PageEntry, PageView, WideNode, check_page};
+use raystrips_pack::{PageBuilder, PageEntry, PageView, StoredStrands, StrandParts, WideNode, check_page};
 
 /// The parts of a strip: splits, turns, refs.
 type Parts = (Vec<PlaneSplit>, Vec<u8>, Vec<u8>);
@@ -43,13 +43,7 @@ fn strip(most: usize) -> impl Strategy<Value = Parts> {
 /// A page of one cluster and one node.
 fn page(strips: &[Parts]) -> BuiltPage {
     let vertices = vertices();
-    let parts = strips.iter().map(|(splits, turns, refs)| StripParts {
-        refs,
-        turns,
-        splits,
-        radii: &[],
-        geometry: 0,
-    });
+    let parts = strips.iter().map(|(splits, turns, refs)| StripParts { refs, turns, splits, geometry: 0 });
     let mut page = PageBuilder::default();
     let root = page.reserve_nodes(1);
     let cluster = page.cluster(&vertices, parts.collect());
@@ -184,11 +178,12 @@ fn windows_of_strands_come_back() {
     let windows: Vec<(Vec<u8>, Vec<u8>)> = [0..=1, 1..=3, 10..=13, 20..=24, 40..=46, 35..=40]
         .map(|refs| (refs.clone().collect(), refs.map(|vertex| 5 * vertex).collect()))
         .to_vec();
-    let parts =
-        windows.iter().map(|(refs, radii)| StripParts { refs, turns: &[0], splits: &[], radii, geometry: 0 });
+    let parts: Vec<StrandParts> =
+        windows.iter().map(|(refs, radii)| StrandParts { refs, radii, geometry: 0 }).collect();
+    let strands = StoredStrands::of(&vertices, &parts);
     let mut page = PageBuilder::new(code, None);
     let root = page.reserve_nodes(1);
-    let cluster = page.cluster(&vertices, parts.collect());
+    let cluster = page.strands(&strands);
     let bounds = vec![Aabb { min: Vec3::ZERO, max: Vec3::splat(SIZE) }; windows.len()];
     page.set_node(root, bounds, Children::Strips { cluster, first: 0 });
     let built = page.finish(0).unwrap();

@@ -5,7 +5,7 @@
 //! share the point between them, so the hierarchy down to clusters is over pairs of such windows.
 
 use crate::cluster::{Cluster, Grouped, MAX_VERTICES};
-use crate::stripify::{Source, Strip};
+use crate::stripify::{Bytes, Source, Strip};
 use crate::{Bvh, GROUP_STRIPS, StripTree, bvh, tree_of_clusters};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -99,9 +99,9 @@ impl Strands {
             let source = |segment| Source { triangle: first + u32::from(segment), first_corner: 0 };
             strips.push(Strip {
                 refs: (place..place + points.len()).map(|vertex| vertex as u8).collect(),
-                turns: vec![0],
+                turns: Bytes::new(),
                 splits: Vec::new(),
-                radii: self.radii[points].to_vec(),
+                radii: Bytes::from_slice(&self.radii[points]),
                 geometry: window.geometry,
                 sources: (0..window.segments).map(source).collect(),
                 bounds: self.bounds(window, code),

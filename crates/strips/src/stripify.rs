@@ -12,6 +12,7 @@ use crate::split_tree::split_tree;
 use glam::Vec3;
 use raystrips_geom::Aabb;
 use raystrips_geom::strip::{PlaneSplit, WINDOW_TRIANGLES, WINDOW_VERTICES, strip_triangle};
+use smallvec::SmallVec;
 
 /// What a strip costs besides the area of its box, in boxes of the mean triangle of the cluster: its bytes and
 /// its test. `docs/RESULTS.md`, "Strip cost".
@@ -37,21 +38,24 @@ pub struct Source {
     pub first_corner: u8,
 }
 
+/// A few bytes of a strip. Most strips are a window, and need no memory beside themselves.
+pub type Bytes = SmallVec<[u8; 16]>;
+
 /// A strip with its tree.
 #[derive(Clone, Debug)]
 pub struct Strip {
     /// Vertices of the cluster: number of triangles + 2.
-    pub refs: Vec<u8>,
-    /// Turn bits, a byte a window.
-    pub turns: Vec<u8>,
+    pub refs: Bytes,
+    /// Turn bits, a byte a window; none for a strand.
+    pub turns: Bytes,
     /// Tree over the windows.
     pub splits: Vec<PlaneSplit>,
     /// Codes of the radii of the points, if it is a window of a strand, and not of triangles.
-    pub radii: Vec<u8>,
+    pub radii: Bytes,
     /// Geometry of all its triangles.
     pub geometry: u32,
     /// Where its triangles come from.
-    pub sources: Vec<Source>,
+    pub sources: SmallVec<[Source; WINDOW_TRIANGLES]>,
     /// Box around all.
     pub bounds: Aabb,
 }
@@ -295,10 +299,10 @@ impl<'a> Search<'a> {
 
 /// Writes the windows of a strip down as vertices, turn bits and a tree.
 fn make_strip(mesh: &ClusterMesh, windows: &[Path]) -> Strip {
-    let turns: Vec<u8> = windows.iter().map(|w| w.turns).collect();
+    let turns: Bytes = windows.iter().map(|w| w.turns).collect();
     let triangles: Vec<u16> = windows.iter().flat_map(|w| &w.triangles[..w.len]).copied().collect();
-    let mut refs = windows[0].refs[..2].to_vec();
-    refs.extend(windows.iter().flat_map(|w| &w.refs[2..w.len + 2]));
+    let mut refs = Bytes::from_slice(&windows[0].refs[..2]);
+    refs.extend(windows.iter().flat_map(|w| w.refs[2..w.len + 2].iter().copied()));
     let source = |(i, &t): (usize, &u16)| {
         let first = refs[strip_triangle(&turns, i)[0]];
         let corner = mesh.triangles[usize::from(t)].iter().position(|&v| v == first);
@@ -315,7 +319,7 @@ fn make_strip(mesh: &ClusterMesh, windows: &[Path]) -> Strip {
         bounds: bounds.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)),
         refs,
         turns,
-        radii: Vec::new(),
+        radii: Bytes::new(),
     }
 }
 

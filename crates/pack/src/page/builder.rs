@@ -3,7 +3,7 @@
 use crate::PackError;
 use crate::layout::*;
 use crate::manifest::ByteCounts;
-use crate::strand_pairs::{StrandPairs, StrandParts};
+use crate::strand_pairs::StoredStrands;
 use crate::strip_record::{
     PLACE_BYTES, SPLIT_BYTES, SPLIT_PLANE_STEP, SplitNode, WINDOW_RECORD_BYTES, push_long, push_window,
 };
@@ -12,30 +12,17 @@ use glam::Vec3;
 use raystrips_geom::strip::PlaneSplit;
 use raystrips_geom::{Aabb, Frame, PageGrid, RadiusCode, Subgrid};
 
-/// A strip of triangles or a window of a strand, to be stored.
+/// A strip to be stored.
 #[derive(Clone, Debug)]
 pub struct StripParts<'a> {
-    /// Vertices of the cluster; those of a strand follow each other.
+    /// Vertices of the cluster.
     pub refs: &'a [u8],
-    /// Turn bits, a byte a window of triangles.
+    /// Turn bits, a byte a window.
     pub turns: &'a [u8],
     /// Tree over the windows, in pre-order.
     pub splits: &'a [PlaneSplit],
-    /// Codes of the radii of a strand's points; none for triangles.
-    pub radii: &'a [u8],
     /// Geometry of all of it.
     pub geometry: u32,
-}
-
-impl StripParts<'_> {
-    fn is_strand(&self) -> bool {
-        !self.radii.is_empty()
-    }
-
-    /// Triangles or segments.
-    fn primitive_count(&self) -> usize {
-        self.refs.len() - if self.is_strand() { 1 } else { 2 }
-    }
 }
 
 /// What the children of a node are.
@@ -69,7 +56,9 @@ struct Cluster<'a> {
 #[derive(Default)]
 pub struct PageBuilder<'a> {
     nodes: Vec<Option<Node>>,
+    /// Those of triangles; there are none where there are strands.
     clusters: Vec<Cluster<'a>>,
+    strands: Vec<&'a StoredStrands>,
     strip_count: usize,
     radius_code: RadiusCode,
     frame: Option<Frame>,
@@ -100,19 +89,38 @@ impl<'a> PageBuilder<'a> {
         PageBuilder { radius_code, frame, ..PageBuilder::default() }
     }
 
-    /// Adds a cluster and gives its number.
+    /// Adds a cluster of triangles and gives its number.
     ///
     /// # Panics
-    /// If there are no or too many vertices or strips, or too many clusters.
+    /// If there are no or too many vertices or strips, or too many clusters, or there are strands.
     pub fn cluster(&mut self, vertices: &'a [Vec3], strips: Vec<StripParts<'a>>) -> u8 {
         let count = vertices.len();
         assert!((1..=MAX_CLUSTER_VERTICES).contains(&count), "{count} vertices in a cluster");
-        assert!(!strips.is_empty(), "no strips in a cluster");
-        assert!(self.clusters.len() < MAX_PAGE_CLUSTERS, "too many clusters in a page");
-        self.strip_count += strips.len();
-        assert!(self.strip_count <= MAX_PAGE_STRIPS, "too many strips in a page");
+        assert!(self.strands.is_empty(), "triangles and strands in one page");
+        let number = self.number_cluster(strips.len());
         self.clusters.push(Cluster { vertices, strips });
-        (self.clusters.len() - 1) as u8
+        number
+    }
+
+    /// Adds a cluster of strands and gives its number.
+    ///
+    /// # Panics
+    /// If there are too many windows or clusters, or there are triangles.
+    pub fn strands(&mut self, strands: &'a StoredStrands) -> u8 {
+        assert!(self.clusters.is_empty(), "triangles and strands in one page");
+        let number = self.number_cluster(strands.windows.len());
+        self.strands.push(strands);
+        number
+    }
+
+    /// The number of the next cluster, of so many strips.
+    fn number_cluster(&mut self, strips: usize) -> u8 {
+        assert!(strips > 0, "no strips in a cluster");
+        self.strip_count += strips;
+        assert!(self.strip_count <= MAX_PAGE_STRIPS, "too many strips in a page");
+        let number = self.clusters.len() + self.strands.len();
+        assert!(number < MAX_PAGE_CLUSTERS, "too many clusters in a page");
+        number as u8
     }
 
     /// Makes room for `count` nodes one after the other and gives the number of the first.
@@ -148,17 +156,17 @@ impl<'a> PageBuilder<'a> {
             None => PageGrid::covering(&bounds),
         };
         let mut counts = ByteCounts::default();
-        let strips = || self.clusters.iter().flat_map(|c| &c.strips);
-        let has_strands = strips().any(StripParts::is_strand);
-        assert!(!has_strands || strips().all(StripParts::is_strand), "triangles and strands in one page");
+        let has_strands = !self.strands.is_empty();
+        let strips = self.clusters.iter().flat_map(|c| &c.strips);
         let max_windows = match has_strands {
             true => 0,
-            false => strips().map(|s| s.turns.len()).max().unwrap_or(0).max(1),
+            false => strips.map(|s| s.turns.len()).max().unwrap_or(0).max(1),
         };
+        let cluster_count = self.clusters.len() + self.strands.len();
         let radius_code = if has_strands { self.radius_code } else { RadiusCode::default() };
-        let headers_end = size_of::<PageHeader>() + size_of::<ClusterHeader>() * self.clusters.len();
+        let headers_end = size_of::<PageHeader>() + size_of::<ClusterHeader>() * cluster_count;
         let body = match max_windows {
-            0 => write_strands(&self.clusters, headers_end, &mut counts)?,
+            0 => write_strands(&self.strands, headers_end, &mut counts)?,
             _ => write_clusters(&self.clusters, headers_end, (max_windows > 1, grid), &mut counts)?,
         };
         let nodes_offset = (headers_end + body.bytes.len()).next_multiple_of(size_of::<WideNode>());
@@ -193,14 +201,13 @@ impl<'a> PageBuilder<'a> {
             - counts.materials
             - counts.indices
             - counts.strip_trees;
-        let segments = strips().filter(|s| s.is_strand()).map(StripParts::primitive_count).sum::<usize>();
         Ok(BuiltPage {
             bytes,
             triangle_count: body.triangle_count,
-            segment_count: segments as u32,
+            segment_count: if has_strands { body.triangle_count } else { 0 },
             node_count: stored.len() as u32,
             strip_count: self.strip_count as u64,
-            cluster_count: self.clusters.len() as u64,
+            cluster_count: cluster_count as u64,
             counts,
         })
     }
@@ -247,50 +254,30 @@ impl Cluster<'_> {
         code.encode(self.vertices, out);
         out.resize(begin + code.byte_count(), 0);
         counts.vertices += code.byte_count() as u64;
-        self.write_runs(code, out, counts)
+        let runs = GeometryRun::of(self.strips.iter().map(|s| (s.geometry, s.refs.len() - 2)));
+        write_runs(&runs, (code, self.strips.len()), out, counts)
     }
+}
 
-    /// Its windows of strands as they are stored.
-    fn pairs(&self) -> StrandPairs {
-        let parts: Vec<StrandParts> =
-            self.strips.iter().map(|s| StrandParts { refs: s.refs, radii: s.radii }).collect();
-        StrandPairs::of(self.vertices, &parts)
-    }
-
-    /// Appends runs, and gives the header but for where all that is.
-    fn write_runs(
-        &self,
-        code: VertexCode,
-        out: &mut Vec<u8>,
-        counts: &mut ByteCounts,
-    ) -> Result<ClusterHeader, PackError> {
-        let runs = self.runs();
-        out.extend_from_slice(bytemuck::cast_slice(&runs));
-        counts.materials += size_of_val(&runs[..]) as u64;
-        let too_large = |_| PackError::TooLarge("more triangles in a cluster than 16 bits can tell".into());
-        Ok(ClusterHeader {
-            offset: 0,
-            first_triangle: 0,
-            triangle_count: u16::try_from(runs[runs.len() - 1].end).map_err(too_large)?,
-            first_strip: 0,
-            strip_count: self.strips.len() as u16,
-            run_count: runs.len() as u16,
-            code,
-        })
-    }
-
-    fn runs(&self) -> Vec<GeometryRun> {
-        let mut runs: Vec<GeometryRun> = Vec::new();
-        let mut end = 0;
-        for strip in &self.strips {
-            end += strip.primitive_count() as u32;
-            match runs.last_mut() {
-                Some(run) if run.geometry == strip.geometry => run.end = end,
-                _ => runs.push(GeometryRun { geometry: strip.geometry, end }),
-            }
-        }
-        runs
-    }
+/// Appends the runs of a cluster of so many strips, and gives its header but for where all that is.
+fn write_runs(
+    runs: &[GeometryRun],
+    (code, strips): (VertexCode, usize),
+    out: &mut Vec<u8>,
+    counts: &mut ByteCounts,
+) -> Result<ClusterHeader, PackError> {
+    out.extend_from_slice(bytemuck::cast_slice(runs));
+    counts.materials += size_of_val(runs) as u64;
+    let too_large = |_| PackError::TooLarge("more triangles in a cluster than 16 bits can tell".into());
+    Ok(ClusterHeader {
+        offset: 0,
+        first_triangle: 0,
+        triangle_count: u16::try_from(runs[runs.len() - 1].end).map_err(too_large)?,
+        first_strip: 0,
+        strip_count: strips as u16,
+        run_count: runs.len() as u16,
+        code,
+    })
 }
 
 /// Clusters as stored.
@@ -348,21 +335,24 @@ fn write_clusters(
 }
 
 /// Writes the clusters of a page of strands, which begin at `begin` there, behind a table of their windows.
-fn write_strands(clusters: &[Cluster], begin: usize, counts: &mut ByteCounts) -> Result<Body, PackError> {
+fn write_strands(
+    clusters: &[&StoredStrands],
+    begin: usize,
+    counts: &mut ByteCounts,
+) -> Result<Body, PackError> {
     let mut body = Body { bytes: Vec::new(), headers: Vec::with_capacity(clusters.len()), triangle_count: 0 };
-    let pairs: Vec<StrandPairs> = clusters.iter().map(Cluster::pairs).collect();
-    let windows = pairs.iter().flat_map(|pairs| &pairs.windows);
+    let windows = clusters.iter().flat_map(|strands| &strands.windows);
     body.bytes.extend(windows.flat_map(|window| window.record()));
     counts.indices += body.bytes.len() as u64;
     let mut first_strip = 0;
-    for (cluster, pairs) in clusters.iter().zip(&pairs) {
+    for strands in clusters {
         let out = &mut body.bytes;
         pad(out, begin, align_of::<GeometryRun>());
         let offset = (begin + out.len()) as u32;
-        pairs.write(out);
-        counts.vertices += pairs.byte_count() as u64;
+        out.extend_from_slice(&strands.bytes);
+        counts.vertices += strands.bytes.len() as u64;
         pad(out, begin, align_of::<GeometryRun>());
-        let header = cluster.write_runs(pairs.code, out, counts)?;
+        let header = write_runs(&strands.runs, (strands.code, strands.windows.len()), out, counts)?;
         let first_triangle = body.triangle_count;
         body.triangle_count += u32::from(header.triangle_count);
         body.headers.push(ClusterHeader { offset, first_triangle, first_strip, ..header });

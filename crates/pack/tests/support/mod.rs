@@ -14,7 +14,7 @@ use raystrips_pack::layout::{ChildBoxes, TopNode, WIDTH};
 use raystrips_pack::page::builder::{BuiltPage, Children, StripParts};
 use raystrips_pack::{
     AttributeBuilder, BlockEntry, ByteCounts, Dropped, Emitter, GeometryBounds, Instance, Manifest,
-    PackContents, PackWriter, PageBuilder, ProxyKind, TopEntry, tile_code,
+    PackContents, PackWriter, PageBuilder, ProxyKind, StoredStrands, StrandParts, TopEntry, tile_code,
 };
 use std::io::Read;
 use std::ops::Range;
@@ -116,10 +116,20 @@ fn second_page(first_triangle: u64) -> BuiltPage {
 fn third_page(first_triangle: u64) -> BuiltPage {
     let mut vertices = row(6.0, 20);
     vertices[2].z = 1e-20;
-    let strips = [0..5, 10..14, 4..8].map(|refs| Strip::strand(&vertices, refs));
+    let windows: Vec<Vec<u8>> = [0..5, 10..14, 4..8].map(Iterator::collect).to_vec();
+    let radii: Vec<Vec<u8>> =
+        windows.iter().map(|refs| refs.iter().map(|vertex| 255 - 15 * vertex).collect()).collect();
+    let parts: Vec<StrandParts> =
+        windows.iter().zip(&radii).map(|(refs, radii)| StrandParts { refs, radii, geometry: 0 }).collect();
+    let strands = StoredStrands::of(&vertices, &parts);
     let mut page = PageBuilder::new(RadiusCode::covering(0.25, 0.5), None);
     let root = page.reserve_nodes(1);
-    add_cluster(&mut page, root, &vertices, &strips);
+    let cluster = page.strands(&strands);
+    let bounds = windows.iter().map(|refs| {
+        let points = Aabb::of_points(refs.iter().map(|&r| vertices[usize::from(r)]));
+        Aabb { min: points.min - 0.5, max: points.max + 0.5 }
+    });
+    page.set_node(root, bounds.collect(), Children::Strips { cluster, first: 0 });
     page.finish(first_triangle).unwrap()
 }
 
@@ -164,7 +174,6 @@ struct Strip {
     refs: Vec<u8>,
     turns: Vec<u8>,
     splits: Vec<PlaneSplit>,
-    radii: Vec<u8>,
     geometry: u32,
     bounds: Aabb,
 }
@@ -181,16 +190,7 @@ impl Strip {
         let mut splits = Vec::new();
         split(&windows, &mut splits);
         let bounds = bounds_of(&refs);
-        Strip { refs, turns, splits, radii: Vec::new(), geometry, bounds }
-    }
-
-    /// A window of a strand through some of `vertices`.
-    fn strand(vertices: &[Vec3], refs: Range<u8>) -> Strip {
-        let refs: Vec<u8> = refs.collect();
-        let points = Aabb::of_points(refs.iter().map(|&r| vertices[usize::from(r)]));
-        let bounds = Aabb { min: points.min - 0.5, max: points.max + 0.5 };
-        let radii = refs.iter().map(|vertex| 255 - 15 * vertex).collect();
-        Strip { refs, turns: vec![0], splits: Vec::new(), radii, geometry: 0, bounds }
+        Strip { refs, turns, splits, geometry, bounds }
     }
 }
 
@@ -200,7 +200,6 @@ fn add_cluster<'a>(page: &mut PageBuilder<'a>, number: u16, vertices: &'a [Vec3]
         refs: &s.refs,
         turns: &s.turns,
         splits: &s.splits,
-        radii: &s.radii,
         geometry: s.geometry,
     });
     let cluster = page.cluster(vertices, parts.collect());
