@@ -43,6 +43,7 @@ impl Frame {
     }
 
     /// Box around a ball, seen from the frame, rounded outward.
+    #[inline]
     pub fn ball_bounds(&self, center: Vec3, radius: f32) -> Aabb {
         let away = center.as_dvec3() - self.origin.as_dvec3();
         let place = DVec3::from_array(self.axes().map(|axis| axis.as_dvec3().dot(away)));

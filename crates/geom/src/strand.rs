@@ -43,6 +43,7 @@ impl Segment {
 }
 
 /// Box around a ball, rounded outward.
+#[inline]
 pub fn ball_bounds(center: Vec3, radius: f32) -> Aabb {
     let min = (center - radius).to_array().map(f32::next_down);
     let max = (center + radius).to_array().map(f32::next_up);

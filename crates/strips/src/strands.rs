@@ -9,7 +9,8 @@ use crate::stripify::{Bytes, Source, Strip};
 use crate::{Bvh, GROUP_STRIPS, StripTree, bvh, tree_of_clusters};
 use glam::Vec3;
 use rayon::prelude::*;
-use raystrips_geom::{Aabb, RadiusCode, Segment};
+use raystrips_geom::strand::ball_bounds;
+use raystrips_geom::{Aabb, RadiusCode};
 use std::ops::Range;
 
 /// A piece of hair.
@@ -47,13 +48,8 @@ impl StrandWindow {
 
 impl Strands {
     fn bounds(&self, window: &StrandWindow, code: RadiusCode) -> Aabb {
-        let radius = |point: usize| code.decode(self.radii[point]);
-        let segment = |i: usize| Segment {
-            ends: [self.positions[i], self.positions[i + 1]],
-            radii: [radius(i), radius(i + 1)],
-        };
-        let segments = window.first as usize..window.end() as usize;
-        segments.map(segment).fold(Aabb::EMPTY, |all, segment| all.union(segment.bounds()))
+        let ball = |point: usize| ball_bounds(self.positions[point], code.decode(self.radii[point]));
+        window.points().fold(Aabb::EMPTY, |all, point| all.union(ball(point)))
     }
 
     /// For each of `windows`, which ascend, the place of its first point among those of all, and how many these are.
@@ -87,7 +83,8 @@ impl Strands {
         windows.len() < MAX_VERTICES && self.places(windows).1 <= MAX_VERTICES
     }
 
-    fn cluster(&self, windows: &[u32], first_segments: &[u32], code: RadiusCode) -> (Cluster, Bvh) {
+    /// `windows` as a cluster. Of all windows there are the numbers of their first segments and their boxes.
+    fn cluster(&self, windows: &[u32], first_segments: &[u32], bounds: &[Aabb]) -> (Cluster, Bvh) {
         let (places, count) = self.places(windows);
         let mut vertices = vec![Vec3::ZERO; count];
         let mut strips = Vec::with_capacity(windows.len());
@@ -104,7 +101,7 @@ impl Strands {
                 radii: Bytes::from_slice(&self.radii[points]),
                 geometry: window.geometry,
                 sources: (0..window.segments).map(source).collect(),
-                bounds: self.bounds(window, code),
+                bounds: bounds[i as usize],
             });
         }
         let Grouped { strips, groups, tree } = Grouped::new(strips, GROUP_STRIPS);
@@ -126,12 +123,12 @@ fn windows_of(pairs: &[Range<u32>], chosen: &[u32]) -> Vec<u32> {
 /// If there are no windows.
 pub fn build_strands(strands: &Strands, code: RadiusCode, finished: &(dyn Fn(usize) + Sync)) -> StripTree {
     let pairs = strands.pairs();
+    let bounds: Vec<Aabb> = strands.windows.iter().map(|window| strands.bounds(window, code)).collect();
     let of_pair = |pair: &Range<u32>| {
-        let windows = pair.clone().map(|i| strands.bounds(&strands.windows[i as usize], code));
-        windows.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
+        bounds[pair.start as usize..pair.end as usize].iter().fold(Aabb::EMPTY, |all, b| all.union(*b))
     };
-    let bounds: Vec<Aabb> = pairs.iter().map(of_pair).collect();
-    let built = bvh::build(&bounds, &|chosen| {
+    let pair_bounds: Vec<Aabb> = pairs.iter().map(of_pair).collect();
+    let built = bvh::build(&pair_bounds, &|chosen| {
         chosen.len() < MAX_VERTICES && strands.fit_cluster(&windows_of(&pairs, chosen))
     });
     let before = |sum: &mut u32, window: &StrandWindow| {
@@ -143,7 +140,7 @@ pub fn build_strands(strands: &Strands, code: RadiusCode, finished: &(dyn Fn(usi
     let cluster = |range: &Range<usize>| {
         let windows = windows_of(&pairs, &built.order[range.clone()]);
         finished(windows.iter().map(|&i| usize::from(strands.windows[i as usize].segments)).sum());
-        strands.cluster(&windows, &first_segments, code)
+        strands.cluster(&windows, &first_segments, &bounds)
     };
     let clusters = built.tree.leaves().par_iter().map(cluster).unzip();
     tree_of_clusters(built.tree, clusters)
@@ -152,6 +149,7 @@ pub fn build_strands(strands: &Strands, code: RadiusCode, finished: &(dyn Fn(usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use raystrips_geom::Segment;
 
     /// `count` strands of two windows of 4 segments each, side by side.
     fn comb(count: u32) -> (Strands, RadiusCode) {
