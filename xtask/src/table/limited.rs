@@ -33,7 +33,7 @@ pub struct Limited {
     pub threads: u64,
     /// Of `raystrips render`, before those of a picture.
     pub options: Vec<String>,
-    /// A picture that would take longer is made smaller.
+    /// A picture that would take longer is made smaller. Infinite: the whole picture alone.
     pub most_seconds: f64,
 }
 
@@ -99,6 +99,9 @@ impl Limited {
     /// What the size is divided by and the samples of each picture: each has some four times as many paths as the one
     /// before.
     fn steps(&self) -> Vec<(u64, u64)> {
+        if self.most_seconds.is_infinite() {
+            return vec![(1, self.spp)];
+        }
         let whole = std::iter::successors(Some(4), |spp| Some(spp * 4)).take_while(|&spp| spp < self.spp);
         let smaller = [(16, 1), (8, 1), (4, 1), (2, 1), (1, 1)].into_iter();
         let mut steps: Vec<(u64, u64)> = smaller.chain(whole.map(|spp| (1, spp))).collect();

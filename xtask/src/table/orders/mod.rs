@@ -15,7 +15,7 @@ use std::process::Command;
 /// How it is called.
 pub const USAGE: &str = "cargo xtask table orderings|buffer|proxy-size|io|memory-share|threads|multi-bvh|small -o DIR [--limits with_limits.sh] \
      [--scale 1.0] [--disk hdd|slow|ssd|as-is] [--scene atrium|cornell|fur] [--integrator path|photon] [--size 640x480] [--spp 8] [--threads 2] \
-     [--seconds 300] [--orders hph,queues] [--plot OUT.svg] [--pack FILE.rsp]";
+     [--seconds 300|inf] [--orders hph,queues] [--plot OUT.svg] [--pack FILE.rsp]";
 
 /// A scene of the paper, what stands for it here, and the share of it that was in memory there.
 struct PaperScene {
