@@ -2,8 +2,8 @@
 
 use crate::block::Block;
 use crate::mesh::Welded;
+use crate::queue::in_order;
 use crate::{ConvertError, Observer, Stage};
-use rayon::prelude::*;
 use raystrips_extmem::{Extent, Spool};
 use std::io;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub(crate) struct Blocks {
     pub chunks: Vec<Extent>,
     /// Triangles, or windows of strands, in them.
     pub triangles: u64,
-    /// Chunks worked on at a time.
+    /// Chunks in memory at a time.
     pub at_a_time: usize,
     /// Give chunks back to the disk once they were distributed.
     pub is_consumed: bool,
@@ -40,30 +40,29 @@ impl Blocks {
         stage: Stage,
         observer: &dyn Observer,
         work: impl Fn(Block) -> T + Sync,
-        mut take: impl FnMut(T) -> Result<(), ConvertError>,
+        mut take: impl FnMut(T) -> Result<(), ConvertError> + Send,
     ) -> Result<(), ConvertError> {
-        let mut done = 0;
-        let work_on_chunk = |&chunk: &Extent| -> io::Result<Vec<(usize, T)>> {
-            let bytes = self.spool.read(chunk)?;
+        let work_on_chunk = |number: usize| -> Result<Vec<(usize, T)>, ConvertError> {
+            let bytes = self.spool.read(self.chunks[number]).map_err(ConvertError::Scratch)?;
             let work = |block: Block| (block.item_count(), work(block));
-            Block::all(&bytes).map(|block| block.map(work)).collect()
+            let results = Block::all(&bytes).map(|block| block.map(work)).collect::<io::Result<_>>();
+            results.map_err(ConvertError::Scratch)
         };
-        for group in self.chunks.chunks(self.at_a_time) {
-            if observer.is_cancelled() {
-                return Err(ConvertError::Cancelled);
-            }
-            let results: Vec<_> = group.par_iter().map(work_on_chunk).collect();
-            for result in results {
-                for (triangles, result) in result.map_err(ConvertError::Scratch)? {
-                    done += triangles as u64;
-                    take(result)?;
-                }
+        let mut done = 0;
+        let mut take_chunk = |number: usize, results: Vec<(usize, T)>| {
+            for (triangles, result) in results {
+                done += triangles as u64;
+                take(result)?;
             }
             if self.is_consumed && stage == Stage::Distribute {
-                group.iter().for_each(|&chunk| self.spool.discard(chunk));
+                self.spool.discard(self.chunks[number]);
             }
             observer.progress(stage, done, self.triangles);
-        }
+            Ok(())
+        };
+        // As many again may wait for their turn.
+        let at_a_time = self.at_a_time.div_ceil(2);
+        in_order(0..self.chunks.len(), at_a_time, observer, &work_on_chunk, &mut take_chunk)?;
         if done == self.triangles { Ok(()) } else { Err(ConvertError::Scratch(lost_triangles())) }
     }
 }
