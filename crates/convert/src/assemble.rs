@@ -116,6 +116,7 @@ fn triangles_before(built: &StripTree, page_of: &[u32], first_triangle: u64) -> 
 
 /// Each cluster as it is stored, if they are strands; else nothing.
 fn stored_strands(clusters: &[Cluster]) -> Vec<StoredStrands> {
+    let is_strand = |strip: &Strip| !strip.radii.is_empty();
     if !clusters.iter().flat_map(|cluster| &cluster.strips).all(is_strand) {
         return Vec::new();
     }
@@ -124,10 +125,6 @@ fn stored_strands(clusters: &[Cluster]) -> Vec<StoredStrands> {
         StoredStrands::of(&cluster.vertices, &parts)
     };
     clusters.par_iter().map(stored).collect()
-}
-
-fn is_strand(strip: &Strip) -> bool {
-    !strip.radii.is_empty()
 }
 
 /// The page of each cluster. A page ends where it fills whole blocks of the file best, at three quarters of
@@ -198,7 +195,8 @@ fn build_page<'a>(
     let first_cluster = built.groups[first_group].0;
     let range = first_cluster as usize..built.groups[last_group].0 as usize + 1;
     let clusters = &built.clusters[range.clone()];
-    let boxes = Boxes { frame: frame_of(clusters, &style), radii: style.radii };
+    let frame = if strands.is_empty() { None } else { frame_of(clusters, &style) };
+    let boxes = Boxes { frame, radii: style.radii };
     let builder = PageBuilder::new(style.radii, boxes.frame);
     let of_cluster = |c: &Cluster| Vec::from_iter(c.strips.iter().map(|strip| boxes.of_strip(c, strip)));
     let bounds = clusters.iter().map(of_cluster).collect();
@@ -231,12 +229,9 @@ fn strip_parts(strip: &Strip) -> StripParts<'_> {
 /// Strands that point this much the same way have boxes along it: length of the mean of their directions.
 const LEAST_ALIKE: f32 = 0.5;
 
-/// The frame for the boxes of clusters of strands; none for triangles, and where strands run in all directions.
+/// The frame for the boxes of clusters of strands; none where these run in all directions.
 fn frame_of(clusters: &[Cluster], style: &PageStyle) -> Option<Frame> {
     let strands = || clusters.iter().flat_map(|c| c.strips.iter().map(move |strip| (c, strip)));
-    if !strands().all(|(_, strip)| is_strand(strip)) {
-        return None;
-    }
     let ends = |(cluster, strip): (&Cluster, &Strip)| {
         let vertex = |r: &u8| cluster.vertices[usize::from(*r)];
         (strip.refs.first().map_or(Vec3::ZERO, vertex), strip.refs.last().map_or(Vec3::ZERO, vertex))

@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::mesh::Welded;
-use crate::queue::in_order;
+use crate::queue::in_order_within;
 use crate::{ConvertError, Observer, Stage};
 use raystrips_extmem::{Extent, Spool};
 use std::io;
@@ -15,7 +15,7 @@ pub(crate) struct Blocks {
     pub chunks: Vec<Extent>,
     /// Triangles, or windows of strands, in them.
     pub triangles: u64,
-    /// Chunks in memory at a time.
+    /// Chunks that are worked on, or wait for those before them, at a time.
     pub at_a_time: usize,
     /// Give chunks back to the disk once they were distributed.
     pub is_consumed: bool,
@@ -60,9 +60,8 @@ impl Blocks {
             observer.progress(stage, done, self.triangles);
             Ok(())
         };
-        // As many again may wait for their turn.
-        let at_a_time = self.at_a_time.div_ceil(2);
-        in_order(0..self.chunks.len(), at_a_time, observer, &work_on_chunk, &mut take_chunk)?;
+        let at_a_time = (self.at_a_time, self.at_a_time);
+        in_order_within(0..self.chunks.len(), at_a_time, observer, &work_on_chunk, &mut take_chunk)?;
         if done == self.triangles { Ok(()) } else { Err(ConvertError::Scratch(lost_triangles())) }
     }
 }

@@ -20,11 +20,22 @@ pub(crate) fn in_order<T: Send>(
     work: Work<T>,
     take: Take<T>,
 ) -> Result<(), ConvertError> {
+    in_order_within(items, (at_a_time, 2 * at_a_time + 1), observer, work, take)
+}
+
+/// The same with at most `most` items that are worked on or wait.
+pub(crate) fn in_order_within<T: Send>(
+    items: Range<usize>,
+    (at_a_time, most): (usize, usize),
+    observer: &dyn Observer,
+    work: Work<T>,
+    take: Take<T>,
+) -> Result<(), ConvertError> {
     let state = State {
         next: items.start,
         taken: items.start,
         waiting: BTreeMap::new(),
-        window: 2 * at_a_time + 1,
+        window: most,
         idle: 0,
         take,
         error: None,

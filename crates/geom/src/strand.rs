@@ -35,13 +35,6 @@ impl Default for Shape {
     }
 }
 
-impl Segment {
-    /// Box around it, rounded outward.
-    pub fn bounds(&self) -> Aabb {
-        ball_bounds(self.ends[0], self.radii[0]).union(ball_bounds(self.ends[1], self.radii[1]))
-    }
-}
-
 /// Box around a ball, rounded outward.
 #[inline]
 pub fn ball_bounds(center: Vec3, radius: f32) -> Aabb {
@@ -126,8 +119,7 @@ mod tests {
 
     #[test]
     fn boxes_hold_their_balls() {
-        let segment = Segment { ends: [Vec3::ZERO, Vec3::X], radii: [0.5, 0.1] };
-        let bounds = segment.bounds();
+        let bounds = ball_bounds(Vec3::ZERO, 0.5).union(ball_bounds(Vec3::X, 0.1));
         assert!(bounds.min.x < -0.5 && bounds.max.x > 1.1 && bounds.max.y > 0.5 && bounds.max.y < 0.500_001);
     }
 }

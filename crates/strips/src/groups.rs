@@ -35,7 +35,7 @@ pub fn group(bounds: &[Aabb], width: usize) -> Built {
 /// The boxes by their centers on one axis.
 fn sorted(bounds: &[Aabb], axis: usize) -> Vec<u32> {
     let center = |b: &Aabb| b.min[axis] + b.max[axis];
-    // The center in the upper half: one comparison of whole numbers instead of two of what they are numbers of.
+    // By the center, then by the number: both in one whole number, which is faster to compare.
     let key = |(i, b): (u32, &Aabb)| u64::from(ascending_bits(center(b))) << 32 | u64::from(i);
     let mut keys: Vec<u64> = (0..).zip(bounds).map(key).collect();
     keys.sort_unstable();
