@@ -87,8 +87,8 @@ impl<R: Pod> RayStore<R> {
             let (keys, records) = (std::mem::take(&mut self.keys), std::mem::take(&mut self.records));
             return Ok(SortedRays(Source::InMemory { keys, records, next: 0 }));
         }
+        // The arrays stay: given back and taken anew, by one thread or another, they would leave holes in memory.
         self.spill()?;
-        (self.keys, self.records) = Default::default();
         let runs = std::mem::take(&mut self.runs);
         let most = (self.capacity / 2 / runs.ends.len()).max(1);
         Ok(SortedRays(Source::InFile(runs.merge(most)?)))
