@@ -24,6 +24,7 @@ mod ordered;
 mod paged;
 mod params;
 mod photon;
+mod process_limit;
 mod queued;
 mod render;
 mod sampler;

@@ -1,5 +1,6 @@
 //! A pack of which some pages are in memory as a world: pages come when rays need them.
 
+use crate::process_limit::ProcessLimit;
 use crate::traced::{emitters, surface_of};
 use crate::world::{Emitter, Progress, Surface, Tile, World};
 use glam::Vec3;
@@ -28,6 +29,8 @@ const PATIENCE: Duration = Duration::from_micros(200);
 pub struct PagedWorld {
     pool: PagePool,
     emitters: Vec<Emitter>,
+    /// Of the process, if it has one that is kept here.
+    limit: Option<ProcessLimit>,
     /// Nanoseconds, of all threads.
     waited: AtomicU64,
 }
@@ -39,7 +42,13 @@ impl PagedWorld {
     /// Takes over `pool`.
     pub fn new(pool: PagePool) -> PagedWorld {
         let emitters = emitters(&pool.pack().emitters);
-        PagedWorld { pool, emitters, waited: AtomicU64::new(0) }
+        PagedWorld { pool, emitters, limit: None, waited: AtomicU64::new(0) }
+    }
+
+    /// The same, whose pages make room where the process holds more than `bytes` while [`World::bring`] brings others.
+    #[must_use]
+    pub fn within(self, bytes: u64) -> PagedWorld {
+        PagedWorld { limit: Some(ProcessLimit::new(bytes)), ..self }
     }
 
     /// The pages.
@@ -217,6 +226,9 @@ impl World for PagedWorld {
     }
 
     fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
+        if let Some(limit) = &self.limit {
+            limit.keep(&self.pool);
+        }
         let mut buffer = BlockBuffer::default();
         pages.iter().try_for_each(|&page| self.load(page, &mut buffer))
     }

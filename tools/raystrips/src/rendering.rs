@@ -120,7 +120,8 @@ pub fn run(
                 _ => args.ray_buffer.unwrap_or(ray_bytes).min(page_bytes / 2),
             };
             let pool_bytes = page_bytes - buffer_bytes + photon_bytes;
-            let world = PagedWorld::new(PagePool::open(path, pool_bytes, side_bytes)?);
+            let world =
+                PagedWorld::new(PagePool::open(path, pool_bytes, side_bytes)?).within(process_bytes(args));
             let pack = world.pool().pack();
             let params = params(&pack.manifest)?;
             let hit_points = hit_points(path, args, ordering, &pack.geometry_bounds, &world)?;
@@ -155,7 +156,7 @@ fn queued(
     let (page_bytes, ray_bytes) = (part(page_bytes), part(ray_bytes));
     let world = PagedWorld::new(PagePool::open(path, page_bytes + photon_bytes, side_bytes)?);
     let params = params(&world.pool().pack().manifest)?;
-    let process_bytes = args.convert.source.memory.map_or(u64::MAX, |memory| memory - memory / SPARE_PART);
+    let process_bytes = process_bytes(args);
     let (paging, name) = match args.reorder {
         ReorderName::Chunks => {
             let read_bytes = CHUNK_BYTES.min(page_bytes / CHUNK_PART);
@@ -170,6 +171,11 @@ fn queued(
     let output = keeping
         .to_the_end(&params, kept, |begin, watch| render_queued(&world, &params, &paging, begin, watch))?;
     Ok(Rendered { params, output, pages: Pages::of_pool(world.pool(), name) })
+}
+
+/// For all that the process holds.
+fn process_bytes(args: &RenderArgs) -> u64 {
+    args.convert.source.memory.map_or(u64::MAX, |memory| memory - memory / SPARE_PART)
 }
 
 /// The ordering of generations that was asked for, with its name; `None` where it is none of those.

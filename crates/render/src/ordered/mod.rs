@@ -96,9 +96,9 @@ pub fn render_ordered(
     })
 }
 
-/// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays, with the holes that an allocator leaves
-/// where arrays of all sizes come and go. Measured.
-pub const ORDERED_THREAD_BYTES: u64 = 18 << 20;
+/// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays, at about: what it takes
+/// more [`PagedWorld::within`](crate::PagedWorld::within) takes from pages.
+pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
 
 /// Most paths, with their branches, whose generations are traced one after the other; a pause has to wait for them.
 const MOST_PATHS: u64 = 1 << 24;
