@@ -45,10 +45,11 @@ impl PagedWorld {
         PagedWorld { pool, emitters, limit: None, waited: AtomicU64::new(0) }
     }
 
-    /// The same, whose pages make room where the process holds more than `bytes` while [`World::bring`] brings others.
+    /// The same, whose pages make room where the process holds more than `bytes` while [`World::bring`] brings others; half
+    /// of their memory at most.
     #[must_use]
     pub fn within(self, bytes: u64) -> PagedWorld {
-        PagedWorld { limit: Some(ProcessLimit::new(bytes)), ..self }
+        PagedWorld { limit: Some(ProcessLimit::new(bytes, &self.pool)), ..self }
     }
 
     /// The pages.

@@ -16,12 +16,15 @@ pub(crate) struct ProcessLimit {
     bytes: u64,
     /// Of the pool, until the end.
     loans: Mutex<Vec<Loan>>,
+    most_loans: usize,
     calls: AtomicU64,
 }
 
 impl ProcessLimit {
-    pub fn new(bytes: u64) -> ProcessLimit {
-        ProcessLimit { bytes, loans: Mutex::default(), calls: AtomicU64::default() }
+    /// At most half of what `pool` has now is lent.
+    pub fn new(bytes: u64, pool: &PagePool) -> ProcessLimit {
+        let most_loans = (pool.bytes() / 2 / UNIT_BYTES) as usize;
+        ProcessLimit { bytes, loans: Mutex::default(), most_loans, calls: AtomicU64::default() }
     }
 
     /// Lets pages of `pool` go for what the process holds beyond the limit. Where visits hold too many of them that is for the
@@ -30,8 +33,9 @@ impl ProcessLimit {
         if !self.calls.fetch_add(1, Ordering::Relaxed).is_multiple_of(CALLS) {
             return;
         }
-        let over = process_memory().saturating_sub(self.bytes);
+        let over = process_memory().saturating_sub(self.bytes).div_ceil(UNIT_BYTES);
         let mut loans = self.loans.lock().unwrap_or_else(PoisonError::into_inner);
-        loans.extend((0..over.div_ceil(UNIT_BYTES)).map_while(|_| pool.lend(UNIT_BYTES)));
+        let units = over.min((self.most_loans - loans.len()) as u64);
+        loans.extend((0..units).map_while(|_| pool.lend(UNIT_BYTES)));
     }
 }

@@ -96,8 +96,8 @@ pub fn render_ordered(
     })
 }
 
-/// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays, at about: what it takes
-/// more [`PagedWorld::within`](crate::PagedWorld::within) takes from pages.
+/// Bytes that each thread of [`render_ordered`] takes beside pages and waiting rays, at about. Pages make room for more
+/// ([`PagedWorld::within`](crate::PagedWorld::within)).
 pub const ORDERED_THREAD_BYTES: u64 = 14 << 20;
 
 /// Most paths, with their branches, whose generations are traced one after the other; a pause has to wait for them.
