@@ -228,7 +228,7 @@ impl World for PagedWorld {
 
     fn bring(&self, pages: &[PageId]) -> Result<(), OpenError> {
         if let Some(limit) = &self.limit {
-            limit.keep(&self.pool);
+            limit.keep(&self.pool, 0);
         }
         let mut buffer = BlockBuffer::default();
         pages.iter().try_for_each(|&page| self.load(page, &mut buffer))

@@ -2,7 +2,6 @@
 //! order pages come. Every random number and every sum is independent of that order, so the picture is the one that
 //! [`render`](crate::render()) makes.
 
-mod ray_memory;
 mod set_aside;
 mod waiting;
 mod worker;
@@ -12,11 +11,11 @@ use crate::{
     material::Materials,
     paged::PagedWorld,
     params::{RenderError, RenderParams},
+    process_limit::ProcessLimit,
     render::{Part, RenderOutput, Watch, with_shader},
     starts::Starts,
     unfinished::Unfinished,
 };
-use ray_memory::RayMemory;
 use raystrips_extmem::BlockBuffer;
 use raystrips_reorder::{Limits, PageQueues};
 use raystrips_tracer::{OpenError, PagePool, Runs};
@@ -102,7 +101,7 @@ pub fn render_queued(
             materials,
             queues: PageQueues::new(runs.len(), begin.next.min(starts.count())..starts.count(), limits),
             runs,
-            ray_memory: RayMemory::new(paging.process_bytes, world.pool()),
+            limit: ProcessLimit::new(paging.process_bytes, world.pool()),
             starts,
             schedule: paging.schedule,
             readers: (READ_BUFFER_BYTES / paging.read_bytes.max(1)).clamp(1, MOST_READERS) as usize,
@@ -134,7 +133,7 @@ struct Job<'a> {
     materials: &'a Materials,
     queues: PageQueues<Waiting>,
     runs: Runs,
-    ray_memory: RayMemory<'a>,
+    limit: ProcessLimit,
     starts: Starts,
     schedule: Schedule,
     readers: usize,

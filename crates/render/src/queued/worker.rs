@@ -154,11 +154,11 @@ impl<'a> Worker<'a> {
 
     /// Puts what cannot go on into queues.
     fn put_set_aside(&mut self) {
-        let Job { queues, runs, ray_memory, .. } = self.job;
+        let Job { queues, runs, limit, world, .. } = self.job;
         self.set_aside.sort(|page| runs.of(page));
         queues.put(self.set_aside.by_run());
         self.set_aside.clear();
-        ray_memory.follow(queues.bytes());
+        limit.keep(world.pool(), queues.bytes());
     }
 
     /// Begins the paths of a batch.
